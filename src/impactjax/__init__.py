@@ -1,0 +1,33 @@
+"""impactjax: what an impact is made of.
+
+Simulate free flight and contact, exactly differentiable through every impact; fit the contact's
+parameters with intervals that keep their promise; learn which of them a record cannot tell.
+"""
+
+from impactjax._model.bouncing_ball import BouncingBall as BouncingBall
+from impactjax._model.free_mass import FreeMass as FreeMass
+from impactjax._model.impact_oscillator import ImpactOscillator as ImpactOscillator
+from impactjax._model.kelvin_voigt import KelvinVoigt as KelvinVoigt
+from impactjax._model.law import AbstractForceLaw as AbstractForceLaw
+from impactjax._model.law import AbstractImpactLaw as AbstractImpactLaw
+from impactjax._model.linear_oscillator import LinearOscillator as LinearOscillator
+from impactjax._model.linear_restitution import LinearRestitution as LinearRestitution
+from impactjax._model.oscillator import AbstractOscillator as AbstractOscillator
+from impactjax._model.parameter import Requirement as Requirement
+from impactjax._model.pendulum import Pendulum as Pendulum
+from impactjax._model.restitution import Restitution as Restitution
+from impactjax._model.separation import AbstractSeparation as AbstractSeparation
+from impactjax._model.separation import AtZeroForce as AtZeroForce
+from impactjax._model.separation import AtZeroPenetration as AtZeroPenetration
+from impactjax._model.stop import Stop as Stop
+from impactjax._results import RESULTS as RESULTS
+from impactjax._simulate.chatter import Chatter as Chatter
+from impactjax._simulate.impact_log import ImpactLog as ImpactLog
+from impactjax._simulate.runge_kutta import RungeKutta as RungeKutta
+from impactjax._simulate.simulate import InitialState as InitialState
+from impactjax._simulate.simulate import simulate as simulate
+from impactjax._simulate.step import AbstractStep as AbstractStep
+from impactjax._simulate.taylor import NotAnalytic as NotAnalytic
+from impactjax._simulate.taylor_step import TaylorStep as TaylorStep
+from impactjax._simulate.trajectory import Stats as Stats
+from impactjax._simulate.trajectory import Trajectory as Trajectory

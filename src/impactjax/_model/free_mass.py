@@ -1,0 +1,35 @@
+"""A mass with nothing but the contact, which makes closed forms exact tests."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.parameter import Requirement, as_parameter, positive
+from impactjax._types import Coordinate, CoordinateAcceleration, CoordinateRate, Lever, Mass, Time
+
+
+class FreeMass(AbstractOscillator):
+    """A mass that no force acts on in flight: x″ = 0.
+
+    **Arguments:**
+
+    - `mass`: [kg].
+    """
+
+    mass: Mass = eqx.field(converter=as_parameter, default=1.0)
+    dry_friction: CoordinateAcceleration | None = eqx.field(init=False, default=None)
+
+    def acceleration(
+        self, t: Time, position: Coordinate, velocity: CoordinateRate
+    ) -> CoordinateAcceleration:
+        del t, velocity
+        return jnp.zeros_like(position)
+
+    def lever(self) -> Lever:
+        return as_parameter(1.0)
+
+    def is_angle(self) -> bool:
+        return False
+
+    def requirements(self) -> tuple[Requirement, ...]:
+        return (positive("mass", self.mass),)

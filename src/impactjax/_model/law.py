@@ -1,0 +1,60 @@
+"""The two kinds of contact law, divided by their mathematics: a jump map, or a force."""
+
+import abc
+
+import equinox as eqx
+from jaxtyping import Array, Float, PyTree
+
+from impactjax._model.parameter import Requirement, raise_if_violated
+from impactjax._model.separation import AbstractSeparation
+from impactjax._types import Force, Length, Mass, Ratio, Speed
+
+Internal = PyTree[Float[Array, "..."]]  # a force law's own state
+
+
+class AbstractImpactLaw(eqx.Module):
+    """A rigid stop: at the moment of impact v⁺ = −r v⁻, with r = restitution(|v⁻|)."""
+
+    @abc.abstractmethod
+    def restitution(self, speed: Speed) -> Ratio:
+        """Coefficient of restitution r at an approach speed [m/s]."""
+
+    @abc.abstractmethod
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What its parameters must satisfy."""
+
+    def __check_init__(self) -> None:
+        raise_if_violated(self, self.requirements())
+
+
+class AbstractForceLaw(eqx.Module):
+    """A compliant stop: a force from penetration, its rate, and a state of the law's own.
+
+    The contact begins at zero penetration and ends where `separation` says.
+    """
+
+    separation: eqx.AbstractVar[AbstractSeparation]
+
+    @abc.abstractmethod
+    def touch(self, speed: Speed, mass: Mass) -> Internal:
+        """The internal state when contact begins at an approach speed; `()` if there is none."""
+
+    @abc.abstractmethod
+    def force(self, penetration: Length, rate: Speed, internal: Internal, mass: Mass) -> Force:
+        """Force [N] on the mass, positive when it pushes the mass off the stop."""
+
+    @abc.abstractmethod
+    def internal_rate(
+        self, penetration: Length, rate: Speed, internal: Internal, mass: Mass
+    ) -> Internal:
+        """Time derivative of the internal state during contact."""
+
+    @abc.abstractmethod
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What its parameters must satisfy."""
+
+    def __check_init__(self) -> None:
+        raise_if_violated(self, self.requirements())
+
+
+AbstractLaw = AbstractImpactLaw | AbstractForceLaw

@@ -1,0 +1,30 @@
+"""Where a stop is and what it is made of."""
+
+import equinox as eqx
+
+from impactjax._model.law import AbstractLaw
+from impactjax._model.parameter import Requirement, as_parameter, finite, raise_if_violated
+from impactjax._types import Coordinate
+
+
+class Stop(eqx.Module):
+    """A stop at a distance `gap` from the coordinate's origin, with a contact law.
+
+    As the lower stop of a model it stands at −gap and the mass moves above it; as the upper stop
+    it stands at +gap.
+
+    **Arguments:**
+
+    - `law`: how the contact answers.
+    - `gap`: distance from the origin to the stop, in units of the coordinate [rad] or [m].
+    """
+
+    law: AbstractLaw
+    gap: Coordinate = eqx.field(converter=as_parameter, default=0.0)
+
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What its parameters must satisfy."""
+        return finite("gap", self.gap), *self.law.requirements()
+
+    def __check_init__(self) -> None:
+        raise_if_violated(self, self.requirements())

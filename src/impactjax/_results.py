@@ -1,0 +1,48 @@
+"""What can become of a lane, in words."""
+
+import equinox as eqx
+
+
+class RESULTS(eqx.Enumeration):
+    """Outcome of one simulated lane. All but `successful` name the next thing to try."""
+
+    successful = "successful"
+    max_steps_reached = (
+        "The run needs more steps than `max_steps`. Samples after the last step are NaN. Raise "
+        "`max_steps`; if the motion is an endless series of ever smaller impacts, the law's "
+        "restitution does not fall below one there."
+    )
+    max_impacts_reached = (
+        "There were more impacts than `max_impacts`. The samples are right; the impact log holds "
+        "only the first ones. Raise `max_impacts`."
+    )
+    stopped_through = (
+        "The mass ended a step on the wrong side of a stop. Please report this: it should not "
+        "happen. Samples after that are NaN."
+    )
+    starts_inside_stop = (
+        "The initial position lies inside a rigid stop. Move it to the free side of the gap."
+    )
+    times_out_of_order = (
+        "The sample times do not increase strictly, or `t0` is after the first of them."
+    )
+    impossible_parameters = (
+        "A parameter is not finite or outside its range (negative mass, r above one, stops in the "
+        "wrong order, ...). Build the model outside `jit` to see which."
+    )
+    restitution_out_of_range = (
+        "At some impact the law's restitution was below 0 or above 1. The impact is too fast or "
+        "too slow for the law. Samples after that are NaN."
+    )
+    tolerance_too_small = (
+        "The tolerance is smaller than the floating-point type can give. Use a larger one, or "
+        "double precision."
+    )
+    step_too_small = (
+        "The step became too small to advance time: the motion has a singularity, or the "
+        "tolerance asks too much. Samples after that are NaN."
+    )
+    non_finite = (
+        "The state became infinite or NaN: the law or the oscillator is not defined there. Samples "
+        "after that are NaN."
+    )

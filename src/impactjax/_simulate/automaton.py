@@ -1,0 +1,135 @@
+"""The hybrid automaton of a model: its flow, its transitions, and the mode it starts in."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.law import AbstractForceLaw
+from impactjax._model.separation import AtZeroForce
+from impactjax._simulate.chatter import tail, tail_state
+from impactjax._simulate.compliant_stop import PullFree, Surface
+from impactjax._simulate.dry_friction import DryFriction
+from impactjax._simulate.flow import driven_acceleration, flow, walls
+from impactjax._simulate.rigid_stop import RigidStop
+from impactjax._simulate.state import Mode, Phase, State
+from impactjax._simulate.transition import AbstractTransition, Context, Jump
+from impactjax._types import Code, Flag, Scalar
+
+NO_EVENT = -1
+
+
+class Automaton(eqx.Module):
+    """Flow, guards and jumps of a model."""
+
+    model: ImpactOscillator
+    transitions: tuple[AbstractTransition, ...]
+
+    def __init__(self, model: ImpactOscillator) -> None:
+        self.model = model
+        self.transitions = transitions(model)
+
+    def flow(self, t: Scalar, y: State, mode: Mode) -> State:
+        """Time derivative of the state."""
+        return flow(self.model, t, y, mode)
+
+    def guards(self, t: Scalar, y: State, mode: Mode) -> list[Scalar]:
+        """One value a transition; the transition happens when it falls through zero."""
+        return [each.guard(self.model, t, y, mode) for each in self.transitions]
+
+    def jump(self, event: Code, t: Scalar, y: State, mode: Mode, context: Context) -> Jump:
+        """State and mode after the transition numbered `event`; unchanged for `NO_EVENT`."""
+        after = Jump(y, mode, jnp.ones((), bool))
+        for index, transition in enumerate(self.transitions):
+            taken = transition.jump(self.model, t, y, mode, context)
+            after = jax.tree.map(
+                lambda new, old, here=event == index: jnp.where(here, new, old), taken, after
+            )
+        return after
+
+    def time_left(self, t: Scalar, y: State, mode: Mode) -> Scalar:
+        """Duration of a summed chatter that starts with `y`; infinite in all other phases."""
+        left = jnp.full_like(t, jnp.inf)
+        for _, stop in self.rigid_stops():
+            duration = tail(self.model, stop.wall, stop.law, t, y).duration()
+            left = jnp.where(mode.at(Phase.CHATTER, stop.wall.index), duration, left)
+        return left
+
+    def with_chatter(self, t: Scalar, y: State, mode: Mode, s: Scalar, flowed: State) -> State:
+        """The state a time `s` after `y`: `flowed`, or the closed form of a summed chatter."""
+        for _, stop in self.rigid_stops():
+            chattering = mode.at(Phase.CHATTER, stop.wall.index)
+            closed = tail_state(tail(self.model, stop.wall, stop.law, t, y), stop.wall, y, s)
+            flowed = jax.tree.map(
+                lambda a, b, here=chattering: jnp.where(here, a, b), closed, flowed
+            )
+        return flowed
+
+    def rigid_stops(self) -> list[tuple[int, RigidStop]]:
+        """The transitions at rigid stops with their numbers."""
+        numbered = enumerate(self.transitions)
+        return [(index, each) for index, each in numbered if isinstance(each, RigidStop)]
+
+    def zeroed(self, event: Code) -> list[Flag]:
+        """Which guards are zero, up to rounding, just after an event."""
+        return [
+            (event == index) & transition.guard_stays_zero
+            for index, transition in enumerate(self.transitions)
+        ]
+
+
+def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:
+    """Everything that can end a mode of this model. The earliest in time wins."""
+    found: list[AbstractTransition] = []
+    for wall in walls(model):
+        law = wall.stop.law
+        if isinstance(law, AbstractForceLaw):
+            found.append(Surface(wall, law))
+            if isinstance(law.separation, AtZeroForce):
+                found.append(PullFree(wall, law))
+        else:
+            found.append(RigidStop(wall, law))
+    if model.oscillator.dry_friction is not None:
+        found.append(DryFriction(model.oscillator.dry_friction))
+    return tuple(found)
+
+
+def with_internal(model: ImpactOscillator, position: Scalar, velocity: Scalar) -> State:
+    """A state with the internal states of untouched stops."""
+    mass = model.oscillator.mass
+    internal = tuple(
+        wall.stop.law.touch(jnp.zeros_like(velocity), mass)
+        if isinstance(wall.stop.law, AbstractForceLaw)
+        else ()
+        for wall in walls(model)
+    )
+    return State(position, velocity, internal)
+
+
+def initial_mode(model: ImpactOscillator, t: Scalar, y: State) -> tuple[Mode, Flag]:
+    """The mode of a state, and whether it lies inside a rigid stop."""
+    phase, stop = jnp.int32(Phase.FLIGHT), jnp.int32(0)
+    inside = jnp.zeros((), bool)
+    for wall in walls(model):
+        clearance = wall.clearance(y.position)
+        if isinstance(wall.stop.law, AbstractForceLaw):
+            begins = Phase.CONTACT
+            here = clearance < 0
+        else:
+            begins = Phase.REST
+            inwards = -wall.sign * driven_acceleration(model, t, y, _flight()) >= 0
+            here = (clearance == 0) & (y.velocity == 0) & inwards
+            inside = inside | (clearance < 0)
+        phase = jnp.where(here, begins, phase).astype(jnp.int32)
+        stop = jnp.where(here, wall.index, stop).astype(jnp.int32)
+    start = Mode(phase, stop, jnp.sign(y.velocity).astype(jnp.int32))
+    if model.oscillator.dry_friction is not None:
+        still = DryFriction(model.oscillator.dry_friction).direction(
+            model, t, y, start._replace(friction=jnp.int32(1))
+        )
+        start = start._replace(friction=jnp.where(y.velocity == 0, still, start.friction))
+    return start, inside
+
+
+def _flight() -> Mode:
+    return Mode(jnp.int32(Phase.FLIGHT), jnp.int32(0), jnp.int32(0))

@@ -1,0 +1,120 @@
+"""Where a polynomial first falls through zero, decided by its Bernstein coefficients.
+
+On [0, 1] a polynomial has at most as many roots as its Bernstein coefficients have sign changes,
+and as many up to an even number (Descartes). So no change proves that there is no root and one
+change that there is exactly one; with more the question is open, and the answer is a shorter step.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from impactjax._types import Code, Flag, Scalar
+
+_NEWTON_STEPS = 7
+
+
+class Crossing(NamedTuple):
+    """The first passage from positive to negative on [0, 1]."""
+
+    fraction: Scalar  # where; infinity if there is none
+    unclear: Flag  # two passages may hide; look at a shorter interval
+
+
+class Signs(NamedTuple):
+    """What a sequence of Bernstein coefficients tells."""
+
+    first: Code  # sign of the first coefficient that is not zero
+    changes: Code
+    guess: Scalar  # about where the sequence first falls through zero
+
+
+def bernstein(coefficients: Sequence[Scalar]) -> list[Scalar]:
+    """Bernstein coefficients on [0, 1] of Σ aₖ wᵏ."""
+    n = len(coefficients) - 1
+    return [
+        sum(
+            (coefficients[k] * (math.comb(i, k) / math.comb(n, k)) for k in range(1, i + 1)),
+            coefficients[0],
+        )
+        for i in range(n + 1)
+    ]
+
+
+def signs(control: Sequence[Scalar]) -> Signs:
+    """Sign changes of Bernstein coefficients, zeros passed over."""
+    sign = first = changes = jnp.zeros((), jnp.int32)
+    guess = jnp.ones_like(control[0])
+    found = jnp.zeros((), bool)
+    for i, value in enumerate(control):
+        own = jnp.sign(value).astype(jnp.int32)
+        changed = own * sign < 0
+        falls = changed & (own < 0) & ~found
+        if i > 0:
+            drop = jnp.where(falls, control[i - 1] - value, 1.0)
+            between = (i - 1 + control[i - 1] / drop) / (len(control) - 1)
+            guess = jnp.where(falls, between, guess)
+        found = found | falls
+        changes = changes + changed
+        first = jnp.where(first == 0, own, first)
+        sign = jnp.where(own == 0, sign, own)
+    return Signs(first, changes, guess)
+
+
+def first_crossing(
+    coefficients: Sequence[Scalar], settle: Flag, margin: Scalar | float = 0.0
+) -> Crossing:
+    """The first w in [0, 1] at which Σ aₖ wᵏ falls from positive to negative.
+
+    A start at or below zero that keeps falling is a crossing at w = 0; a start at or below zero
+    that rises is none. Where the polynomial is only known up to `margin` between its ends, a
+    passage that this could hide is unclear. With `settle`, the interval is too short for doubt:
+    only the sign at its end counts.
+    """
+    control = bernstein(coefficients)
+    first, changes, guess = signs(control)
+    lowered = [control[0], *(value - margin for value in control[1:-1]), control[-1]]
+    hidden = changes if isinstance(margin, float) else signs(lowered).changes
+    root, converged = _root(coefficients, guess)
+    single = (first > 0) & (changes == 1)
+    at_once = (first < 0) & (changes == 0)
+    fraction = jnp.where(single, root, jnp.where(at_once, jnp.zeros_like(root), jnp.inf))
+    unclear = (changes > 1) | (hidden > 1) | (single & ~converged)
+    at_end = jnp.where(control[-1] < 0, jnp.ones_like(root), jnp.inf)
+    return Crossing(jnp.where(unclear & settle, at_end, fraction), unclear & ~settle)
+
+
+def _root(coefficients: Sequence[Scalar], guess: Scalar) -> tuple[Scalar, Flag]:
+    """The only root in (0, 1] of a polynomial that is positive before it: Newton in a bracket."""
+    low, high = jnp.zeros_like(guess), jnp.ones_like(guess)
+    root, correction = guess, jnp.ones_like(guess)
+    for _ in range(_NEWTON_STEPS):
+        value, slope = horner_with_slope(coefficients, root)
+        low = jnp.where(value > 0, root, low)
+        high = jnp.where(value > 0, high, root)
+        correction = value / jnp.where(slope == 0, jnp.ones_like(slope), slope)
+        newton = root - correction
+        inside = (newton > low) & (newton <= high)
+        root = jnp.where(value == 0, root, jnp.where(inside, newton, (low + high) / 2))
+    enough = math.sqrt(np.finfo(guess.dtype).eps)
+    return root, jnp.abs(correction) <= enough * root
+
+
+def horner(coefficients: Sequence[Scalar], w: Scalar) -> Scalar:
+    """Σ aₖ wᵏ."""
+    value = coefficients[-1]
+    for coefficient in coefficients[-2::-1]:
+        value = value * w + coefficient
+    return value
+
+
+def horner_with_slope(coefficients: Sequence[Scalar], w: Scalar) -> tuple[Scalar, Scalar]:
+    """Σ aₖ wᵏ and its derivative."""
+    value, slope = coefficients[-1], jnp.zeros_like(w)
+    for coefficient in coefficients[-2::-1]:
+        slope = slope * w + value
+        value = value * w + coefficient
+    return value, slope

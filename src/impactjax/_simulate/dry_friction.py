@@ -1,0 +1,42 @@
+"""Events of dry friction: the sliding direction turns, or the mass sticks and slips."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._simulate.flow import driven_acceleration
+from impactjax._simulate.state import Mode, Phase, State
+from impactjax._simulate.transition import AbstractTransition, Context, Jump
+from impactjax._types import CoordinateAcceleration, Scalar
+
+
+class DryFriction(AbstractTransition):
+    """Sliding ends at zero velocity; sticking ends when the drive exceeds the friction."""
+
+    level: CoordinateAcceleration
+    guard_stays_zero: ClassVar[bool] = False
+
+    def guard(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
+        drive = driven_acceleration(model, t, y, mode)
+        reserve = self.level**2 - drive**2
+        sliding = mode.friction.astype(y.velocity.dtype) * y.velocity
+        active = jnp.where(mode.friction == 0, reserve, sliding)
+        on_stop = (mode.phase == Phase.REST) | (mode.phase == Phase.CHATTER)
+        return jnp.where(on_stop, jnp.ones_like(active), active)
+
+    def jump(
+        self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode, context: Context
+    ) -> Jump:
+        del context
+        after = y._replace(velocity=jnp.zeros_like(y.velocity))
+        return Jump(
+            after, mode._replace(friction=self.direction(model, t, after, mode)), jnp.ones((), bool)
+        )
+
+    def direction(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
+        """Sign of the sliding velocity that follows from standing still; 0 if friction holds."""
+        drive = driven_acceleration(model, t, y, mode)
+        slipping = mode.friction == 0
+        held = ~slipping & (jnp.abs(drive) <= self.level)
+        return jnp.where(held, 0, jnp.sign(drive)).astype(jnp.int32)

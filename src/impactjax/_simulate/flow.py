@@ -1,0 +1,103 @@
+"""The flow of each mode: y′ = f(t, y)."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.law import AbstractForceLaw
+from impactjax._model.stop import Stop
+from impactjax._simulate.state import Mode, Phase, State
+from impactjax._types import Flag, Scalar
+
+
+class Wall(eqx.Module):
+    """A stop in its place: `sign` is the direction in which it pushes."""
+
+    index: int = eqx.field(static=True)
+    sign: int = eqx.field(static=True)
+    stop: Stop
+
+    def place(self) -> Scalar:
+        """The coordinate at which the stop stands."""
+        return -self.sign * self.stop.gap
+
+    def clearance(self, position: Scalar) -> Scalar:
+        """Distance to the stop in units of the coordinate, positive on the free side."""
+        return self.sign * position + self.stop.gap
+
+
+def walls(model: ImpactOscillator) -> tuple[Wall, ...]:
+    """The stops of a model, numbered."""
+    placed = [(1, model.lower), (-1, model.upper)]
+    present = [(sign, stop) for sign, stop in placed if stop is not None]
+    return tuple(Wall(index, sign, stop) for index, (sign, stop) in enumerate(present))
+
+
+def free_acceleration(model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
+    """Acceleration of the oscillator alone, without dry friction."""
+    return model.oscillator.acceleration(t, y.position, y.velocity)
+
+
+def contact_force(model: ImpactOscillator, wall: Wall, law: AbstractForceLaw, y: State) -> Scalar:
+    """Force [N] of a compliant stop, positive when it pushes the mass off."""
+    lever = model.oscillator.lever()
+    return law.force(
+        -lever * wall.clearance(y.position),
+        -lever * wall.sign * y.velocity,
+        y.internal[wall.index],
+        model.oscillator.mass,
+    )
+
+
+def driven_acceleration(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
+    """Acceleration by everything but dry friction; contact acts in addition to the rest."""
+    acceleration = free_acceleration(model, t, y)
+    inertia = model.oscillator.mass * model.oscillator.lever()
+    for wall in walls(model):
+        if isinstance(wall.stop.law, AbstractForceLaw):
+            push = wall.sign * contact_force(model, wall, wall.stop.law, y) / inertia
+            touching = mode.at(Phase.CONTACT, wall.index)
+            acceleration = acceleration + jnp.where(touching, push, jnp.zeros_like(push))
+    return acceleration
+
+
+def is_held(model: ImpactOscillator, mode: Mode) -> Flag:
+    """Whether the mass does not move: it lies on a rigid stop, or dry friction holds it."""
+    held = mode.phase == Phase.REST
+    if model.oscillator.dry_friction is not None:
+        held = held | (mode.friction == 0)
+    return held
+
+
+def flow(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> State:
+    """Time derivative of the state in a mode. Not for `Phase.CHATTER`, which has a closed form."""
+    acceleration = driven_acceleration(model, t, y, mode)
+    if model.oscillator.dry_friction is not None:
+        opposing = mode.friction.astype(acceleration.dtype) * model.oscillator.dry_friction
+        acceleration = acceleration - opposing
+    held = is_held(model, mode)
+    still = jnp.zeros_like(acceleration)
+    return State(
+        jnp.where(held, still, y.velocity),
+        jnp.where(held, still, acceleration),
+        _internal_rates(model, y, mode),
+    )
+
+
+def _internal_rates(model: ImpactOscillator, y: State, mode: Mode) -> tuple:
+    lever, mass = model.oscillator.lever(), model.oscillator.mass
+    rates = []
+    for wall in walls(model):
+        law = wall.stop.law
+        if not isinstance(law, AbstractForceLaw):
+            rates.append(())
+            continue
+        penetration = -lever * wall.clearance(y.position)
+        rate = -lever * wall.sign * y.velocity
+        change = law.internal_rate(penetration, rate, y.internal[wall.index], mass)
+        touching = mode.at(Phase.CONTACT, wall.index)
+        rates.append(
+            jax.tree.map(lambda x, on=touching: jnp.where(on, x, jnp.zeros_like(x)), change)
+        )
+    return tuple(rates)

@@ -1,0 +1,118 @@
+"""What happened at each impact."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._simulate.automaton import Automaton
+from impactjax._simulate.compliant_stop import PullFree, Surface
+from impactjax._simulate.loop import Log
+from impactjax._simulate.replay import Path
+from impactjax._simulate.rigid_stop import RigidStop
+from impactjax._simulate.state import Phase
+
+
+class ImpactLog(eqx.Module):
+    """One row an impact, in order of time; rows from `count` on are zero.
+
+    - `time`: when the mass reaches the stop [s].
+    - `stop`: 0 for the lower stop of a model, 1 for the upper one, if it has both.
+    - `approach_speed`, `separation_speed`: before and after, positive [m/s].
+    - `restitution`: their ratio [1].
+    - `duration`: of the contact; zero at a rigid stop [s].
+    - `energy_lost`: kinetic energy before minus after [J].
+
+    A contact that outlasts the run has no separation: `complete` is false there, and what needs the
+    separation is zero. The impacts of a summed chatter have no rows.
+    """
+
+    count: Int[Array, "..."]
+    time: Float[Array, "... impacts"]
+    stop: Int[Array, "... impacts"]
+    approach_speed: Float[Array, "... impacts"]
+    separation_speed: Float[Array, "... impacts"]
+    restitution: Float[Array, "... impacts"]
+    duration: Float[Array, "... impacts"]
+    energy_lost: Float[Array, "... impacts"]
+    complete: Bool[Array, "... impacts"]
+
+    @property
+    def happened(self) -> Bool[Array, "... impacts"]:
+        """Which rows hold an impact."""
+        return jnp.arange(self.time.shape[-1]) < self.count[..., None]
+
+
+class _Ends(NamedTuple):
+    """What the end of one step means for the impact log."""
+
+    begins: Bool[Array, " steps"]
+    separates: Bool[Array, " steps"]
+    stop: Int[Array, " steps"]
+    approach_speed: Float[Array, " steps"]
+    separation_speed: Float[Array, " steps"]
+
+
+def impact_log(
+    model: ImpactOscillator, path: Path, log: Log, max_impacts: int
+) -> tuple[ImpactLog, Int[Array, ""]]:
+    """The impacts of a lane, and how many there were."""
+    ends = jax.vmap(lambda path, log: _read(model, path, log))(path, log)
+    number = jnp.cumsum(ends.begins) - 1
+    total = number[-1] + 1
+    opened = jnp.where(ends.begins, number, max_impacts)
+    closed = jnp.where(ends.separates & (number >= 0), number, max_impacts)
+    lever, mass = model.oscillator.lever(), model.oscillator.mass
+
+    def gather(values: Array, rows: Array) -> Array:
+        return jnp.zeros(max_impacts, values.dtype).at[rows].add(values, mode="drop")
+
+    end_time = path.t + path.h
+    complete = gather(ends.separates.astype(jnp.int32), closed) > 0
+    time = gather(end_time, opened)
+    approach = gather(lever * ends.approach_speed, opened)
+    separation = gather(lever * ends.separation_speed, closed)
+    moving = complete & (approach > 0)
+    return ImpactLog(
+        count=jnp.minimum(total, max_impacts),
+        time=time,
+        stop=gather(ends.stop, opened),
+        approach_speed=approach,
+        separation_speed=separation,
+        restitution=jnp.where(moving, separation / jnp.where(moving, approach, 1), 0),
+        duration=jnp.where(complete, gather(end_time, closed) - time, 0),
+        energy_lost=jnp.where(complete, mass * (approach**2 - separation**2) / 2, 0),
+        complete=complete,
+    ), total
+
+
+def _read(model: ImpactOscillator, path: Path, log: Log) -> _Ends:
+    flies = log.taken & (log.mode.phase == Phase.FLIGHT)
+    touches = log.taken & (log.mode.phase == Phase.CONTACT)
+    detached = log.taken & (log.mode.phase == Phase.DETACHED)
+    begins = separates = jnp.zeros((), bool)
+    stop = jnp.int32(0)
+    approach = separation = jnp.zeros_like(path.t)
+    lever = model.oscillator.lever()
+    for index, each in enumerate(Automaton(model).transitions):
+        here = log.event == index
+        if isinstance(each, RigidStop):
+            own_begin = own_separate = here & flies
+        elif isinstance(each, Surface):
+            own_begin, own_separate = here & flies, here & touches
+        elif isinstance(each, PullFree):
+            own_begin, own_separate = here & detached, here & touches
+        else:
+            continue
+        inwards = -each.wall.sign * path.end.velocity
+        away = -inwards
+        if isinstance(each, RigidStop):
+            away = each.law.restitution(lever * jnp.maximum(inwards, 0)) * inwards
+        stop = jnp.where(own_begin, each.wall.index, stop).astype(jnp.int32)
+        approach = jnp.where(own_begin, inwards, approach)
+        separation = jnp.where(own_separate, away, separation)
+        begins, separates = begins | own_begin, separates | own_separate
+    return _Ends(begins, separates, stop, approach, separation)

@@ -1,0 +1,158 @@
+"""The logged steps as a smooth function of model, initial state and start time.
+
+The loop is adaptive and cannot be differentiated. Its log can: each step is a smooth map of known
+duration, or of a duration that the event at its end fixes as an implicit function. Event times
+carry derivatives of their own, so that state and time move together and a jump map is simply
+applied; the saltation matrix is what comes out. The tangents are written with the same functions
+whose values they need, so that derivatives of any order are exact.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._simulate.automaton import NO_EVENT, Automaton
+from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.loop import Log, Record
+from impactjax._simulate.state import Mode, Phase, State
+from impactjax._simulate.step import AbstractStep
+from impactjax._simulate.transition import Context
+from impactjax._types import Code, Scalar
+
+CHUNK = 32  # rows that are skipped together where no lane took a step
+
+
+_Carry: TypeAlias = tuple[Scalar, State]  # tangents of the next start: time and state
+
+
+class Path(NamedTuple):
+    """The steps of a lane with derivatives, a row a pass."""
+
+    t: Array
+    y: State
+    h: Array
+    end: State
+
+
+def differentiable_path(
+    step: AbstractStep, model: ImpactOscillator, y0: State, t0: Scalar, record: Record
+) -> Path:
+    """The logged steps of a lane, differentiable with respect to `model`, `y0` and `t0`."""
+    log, passes = record.log, record.passes
+
+    @jax.custom_jvp
+    def path(model: ImpactOscillator, y0: State, t0: Scalar) -> Path:
+        del model, y0, t0
+        return Path(log.t, log.y, log.h, log.end)
+
+    @path.defjvp
+    def _(primals: tuple, tangents: tuple) -> tuple[Path, Path]:
+        model, y0, t0 = primals
+        d_model, d_y0, d_t0 = tangents
+        values = path(model, y0, t0)
+
+        def body(carry: _Carry, row: tuple[Path, Log]) -> tuple[_Carry, Path]:
+            return _push_forward(step, model, d_model, carry, *row)
+
+        _, d_values = _chunked_scan(body, (d_t0, d_y0), (values, log), passes)
+        return values, d_values
+
+    return path(model, y0, t0)
+
+
+def _push_forward(
+    step: AbstractStep,
+    model: ImpactOscillator,
+    d_model: ImpactOscillator,
+    carry: _Carry,
+    values: Path,
+    log: Log,
+) -> tuple[_Carry, Path]:
+    """Tangents of one step: of its start, its duration, its end, and of the next start."""
+    d_t, d_y = carry
+    t, y, h, end = values
+    mode, event = log.mode, log.event
+    happens = event != NO_EVENT
+
+    def flowed(model: ImpactOscillator, t: Scalar, y: State) -> State:
+        return state_within(step, model, t, y, mode, jax.lax.stop_gradient(h), h)
+
+    def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
+        """Zero at the end of the step: the guard, or what is left of a summed chatter."""
+        automaton = Automaton(model)
+        left = automaton.time_left(t, y, mode) - h
+        guard = jnp.zeros_like(left)
+        for index, value in enumerate(automaton.guards(t + h, end, mode)):
+            guard = jnp.where(event == index, value, guard)
+        return jnp.where(mode.phase == Phase.CHATTER, left, guard)
+
+    def jumped(model: ImpactOscillator, t: Scalar, end: State) -> State:
+        return _jump(model, event, t, end, mode)
+
+    _, d_end = jax.jvp(flowed, (model, t, y), (d_model, d_t, d_y))
+    rate = Automaton(model).flow(t + h, end, mode)
+    place = (model, t, y, h, end)
+    still = jax.tree.map(jnp.zeros_like, (model, t, y))
+    _, d_reserve = jax.jvp(reserve, place, (d_model, d_t, d_y, jnp.zeros_like(h), d_end))
+    _, fall = jax.jvp(reserve, place, (*still, jnp.ones_like(h), rate))
+    d_h = jnp.where(happens, -d_reserve / jnp.where(happens, fall, 1.0), 0.0)
+    d_end = jax.tree.map(lambda a, f: a + f * d_h, d_end, rate)
+    _, d_next = jax.jvp(jumped, (model, t + h, end), (d_model, d_t + d_h, d_end))
+
+    moved = jax.tree.map(
+        lambda new, old: jnp.where(log.taken, new, old), (d_t + d_h, d_next), carry
+    )
+    return moved, Path(d_t, d_y, d_h, d_end)
+
+
+def _jump(model: ImpactOscillator, event: Code, t: Scalar, end: State, mode: Mode) -> State:
+    """The state after an event whose next mode is known."""
+    unused = jnp.zeros_like(t)
+    return Automaton(model).jump(event, t, end, mode, Context(unused, unused, Chatter())).state
+
+
+def state_within(
+    step: AbstractStep,
+    model: ImpactOscillator,
+    t: Scalar,
+    y: State,
+    mode: Mode,
+    h: Scalar,
+    s: Scalar,
+) -> State:
+    """The state a time `s` after the start of a step of duration `h`."""
+    automaton = Automaton(model)
+    expansion = step.expand(automaton, t, y, mode, h)
+    return automaton.with_chatter(t, y, mode, s, step.evaluate(automaton, mode, expansion, s))
+
+
+def _chunked_scan(
+    body: Callable[[_Carry, tuple[Path, Log]], tuple[_Carry, Path]],
+    carry: _Carry,
+    rows: tuple[Path, Log],
+    passes: Array,
+) -> tuple[_Carry, Path]:
+    """`lax.scan` that leaves out the chunks of rows beyond the last pass."""
+    length = rows[1].h.shape[0]
+    chunks = jax.tree.map(lambda x: x.reshape(length // CHUNK, CHUNK, *x.shape[1:]), rows)
+
+    def skip(carry: _Carry, chunk: tuple[Path, Log]) -> tuple[_Carry, Path]:
+        return carry, jax.tree.map(jnp.zeros_like, chunk[0])
+
+    def chunk_body(carry: _Carry, numbered: tuple[Array, tuple[Path, Log]]) -> tuple[_Carry, Path]:
+        number, chunk = numbered
+        return jax.lax.cond(
+            number * CHUNK < passes,
+            lambda carry, chunk: jax.lax.scan(body, carry, chunk),
+            skip,
+            carry,
+            chunk,
+        )
+
+    numbers = jnp.arange(length // CHUNK, dtype=passes.dtype)
+    carry, out = jax.lax.scan(chunk_body, carry, (numbers, chunks))
+    return carry, jax.tree.map(lambda x: x.reshape(length, *x.shape[2:]), out)

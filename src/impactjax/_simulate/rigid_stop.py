@@ -1,0 +1,68 @@
+"""Events at a rigid stop: impact, the end of a summed chatter, release from rest."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.law import AbstractImpactLaw
+from impactjax._simulate.chatter import is_summable, push
+from impactjax._simulate.flow import Wall
+from impactjax._simulate.state import Mode, Phase, State
+from impactjax._simulate.transition import AbstractTransition, Context, Jump
+from impactjax._types import Scalar
+
+
+class RigidStop(AbstractTransition):
+    """In flight, an impact at zero clearance; at rest, release when nothing pushes any more.
+
+    A summed chatter ends by the clock, in rest; its guard is constant.
+    """
+
+    wall: Wall
+    law: AbstractImpactLaw
+    guard_stays_zero: ClassVar[bool] = False
+
+    def guard(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
+        holding = self._holding(model, t, y)
+        resting = mode.at(Phase.REST, self.wall.index)
+        inactive = jnp.where(resting, holding, jnp.ones_like(holding))
+        in_flight = mode.phase == Phase.FLIGHT
+        return jnp.where(in_flight, self.wall.clearance(y.position), inactive)
+
+    def jump(
+        self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode, context: Context
+    ) -> Jump:
+        flies = mode.phase == Phase.FLIGHT
+        approach = -self.wall.sign * y.velocity
+        r = self.law.restitution(model.oscillator.lever() * jnp.maximum(approach, 0))
+        velocity = jnp.where(flies, -r * y.velocity, jnp.zeros_like(r))
+        place = jnp.broadcast_to(self.wall.place(), jnp.shape(velocity))
+        after = State(place, velocity, y.internal)
+        in_range = ~flies | ((r >= 0) & (r <= 1))
+        return Jump(after, self._next_mode(model, t, after, mode, context), in_range)
+
+    def _next_mode(
+        self, model: ImpactOscillator, t: Scalar, after: State, before: Mode, context: Context
+    ) -> Mode:
+        fastest, tolerance, chatter = context
+        flies = before.phase == Phase.FLIGHT
+        summable = flies & is_summable(
+            model, self.wall, self.law, t, after, fastest, tolerance, chatter
+        )
+        stays = flies & (after.velocity == 0) & (self._holding(model, t, after) >= 0)
+        rests = stays | (before.phase == Phase.CHATTER)
+        phase = jnp.where(summable, Phase.CHATTER, jnp.where(rests, Phase.REST, Phase.FLIGHT))
+        leaves = phase == Phase.FLIGHT
+        return Mode(
+            phase.astype(jnp.int32),
+            jnp.where(leaves, 0, self.wall.index).astype(jnp.int32),
+            jnp.where(leaves, self.wall.sign, 0).astype(jnp.int32),
+        )
+
+    def _holding(self, model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
+        """What keeps a mass at rest on the stop: the push onto it, and dry friction."""
+        holding = push(model, self.wall, t, jnp.zeros_like(y.velocity))
+        if model.oscillator.dry_friction is None:
+            return holding
+        return holding + model.oscillator.dry_friction

@@ -1,0 +1,233 @@
+"""A step by an explicit Runge-Kutta method of Diffrax's."""
+
+import math
+from typing import NamedTuple
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from impactjax._simulate.automaton import NO_EVENT, Automaton
+from impactjax._simulate.crossing import Crossing, first_crossing
+from impactjax._simulate.flow import driven_acceleration
+from impactjax._simulate.state import Mode, State
+from impactjax._simulate.step import AbstractStep, Outcome, Point
+from impactjax._types import Code, Flag, Scalar
+
+_SAFETY = 0.9  # of the next step, to be accepted more often
+_SHRINK, _GROW = 0.2, 10.0  # how much one step may differ from the one before
+_RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
+_LOCAL = 0.1  # local error asked for, as a fraction of the tolerance
+
+
+class _Memory(NamedTuple):
+    h: Scalar  # [s], the duration to try; zero asks for a first guess
+    target: Code  # the transition being landed on, or NO_EVENT
+
+
+class RungeKutta(AbstractStep):
+    """A step by an explicit Runge-Kutta method, for any equations of motion.
+
+    A step that ends beyond an event is retaken shorter, by Newton's method, until it ends on it.
+    Guards are watched inside the step through their quintic Hermite polynomial. A sample within a
+    step is the step retaken up to there.
+
+    **Arguments:**
+
+    - `solver`: an explicit method with an embedded error estimate, such as `diffrax.Dopri8()`,
+      `diffrax.Tsit5()` or `diffrax.Bosh3()`; only its Butcher tableau is used.
+    """
+
+    solver: diffrax.AbstractERK = eqx.field(default=diffrax.Dopri8(), static=True)
+
+    def __check_init__(self) -> None:
+        if not isinstance(self.solver, diffrax.AbstractERK):
+            raise ValueError(
+                "Argument `solver` must be an explicit Runge-Kutta method with an embedded error "
+                f"estimate, such as `diffrax.Dopri8()`, but it is {self.solver}."
+            )
+
+    def begin(self, span: Scalar) -> _Memory:
+        return _Memory(jnp.zeros_like(span), jnp.int32(NO_EVENT))
+
+    def attempt(
+        self,
+        automaton: Automaton,
+        start: Point,
+        remaining: Scalar,
+        tolerance: Scalar,
+        memory: _Memory,
+    ) -> Outcome:
+        order = _order(self.solver)
+        guess = _first_guess(automaton, start, tolerance, order)
+        h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), remaining)
+        end, error = self._step(automaton, start.t, start.y, start.mode, h)
+        ratio = error / (_LOCAL * tolerance)
+        accurate = ratio <= 1
+        factor = jnp.clip(_SAFETY * jnp.maximum(ratio, 1e-30) ** (-1 / order), _SHRINK, _GROW)
+
+        settle = h <= _RESOLUTION * guess
+        event, fraction, unclear = _first_event(automaton, start, end, h, memory.target, settle)
+        found = accurate & (event != NO_EVENT)
+        landed = found & (jnp.abs(fraction - 1) <= math.sqrt(np.finfo(h.dtype).eps))
+        at_once = found & (fraction == 0)
+        beyond = found & (fraction > 1) & (h >= remaining)
+        plain = accurate & ~unclear & ((event == NO_EVENT) | (beyond & ~landed))
+
+        correction = jnp.where(landed, (fraction - 1) * h, 0.0)
+        rate = automaton.flow(start.t + h, end, start.mode)
+        end = jax.tree.map(lambda y, dy: y + dy * correction, end, rate)
+        end = jax.tree.map(lambda y0, y1: jnp.where(at_once, y0, y1), start.y, end)
+        taken = jnp.where(at_once, 0.0, h + correction)
+
+        ends_on_event = (landed | at_once) & ~unclear
+        retry = jnp.where(found, fraction * h, h * factor)
+        retry = jnp.where(accurate & unclear, h / 2, retry)
+        following = jnp.where(ends_on_event, 0.0, jnp.where(plain, h * factor, retry))
+        target = jnp.where(found & ~unclear & ~ends_on_event & ~plain, event, NO_EVENT)
+        return Outcome(
+            plain | ends_on_event,
+            taken,
+            end,
+            jnp.where(ends_on_event, event, NO_EVENT).astype(jnp.int32),
+            _Memory(following, target.astype(jnp.int32)),
+        )
+
+    def expand(
+        self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
+    ) -> tuple[Scalar, State]:
+        del automaton, mode, h
+        return t, y
+
+    def evaluate(
+        self, automaton: Automaton, mode: Mode, expansion: tuple[Scalar, State], s: Scalar
+    ) -> State:
+        t, y = expansion
+        return self._step(automaton, t, y, mode, s)[0]
+
+    def _step(
+        self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
+    ) -> tuple[State, Scalar]:
+        """The state after `h`, and its error relative to the motion of the step.
+
+        The velocity that the mass would have if nothing held it is integrated along: it bounds the
+        step at rest too.
+        """
+        leaves, structure = jax.tree.flatten(y)
+        leaves = [*leaves, y.velocity]
+
+        def rates(t: Scalar, leaves: list[Array]) -> list[Array]:
+            state = jax.tree.unflatten(structure, leaves[:-1])
+            drive = driven_acceleration(automaton.model, t, state, mode)
+            return [*jax.tree.leaves(automaton.flow(t, state, mode)), drive]
+
+        tableau = self.solver.tableau
+        assert isinstance(tableau, diffrax.ButcherTableau)
+        stages = [rates(t, leaves)]
+        for c, row in zip(tableau.c, tableau.a_lower, strict=True):
+            stages.append(rates(t + float(c) * h, _advanced(leaves, h, row, stages)))
+        end = _advanced(leaves, h, tableau.b_sol, stages)
+        still = [jnp.zeros_like(leaf) for leaf in leaves]
+        errors = _advanced(still, h, tableau.b_error, stages)
+        scales = [
+            jnp.maximum(jnp.maximum(jnp.abs(y0), jnp.abs(y1)), jnp.abs(h * dy))
+            for y0, y1, dy in zip(leaves, end, stages[0], strict=True)
+        ]
+        tiny = jnp.finfo(h.dtype).tiny
+        relative = [jnp.abs(e) / (scale + tiny) for e, scale in zip(errors, scales, strict=True)]
+        return jax.tree.unflatten(structure, end[:-1]), jnp.max(jnp.stack(relative))
+
+
+def _order(solver: diffrax.AbstractERK) -> int:
+    order = solver.order(None)  # pyright: ignore[reportArgumentType]  no method looks at the terms
+    assert order is not None
+    return order
+
+
+def _advanced(leaves: list[Array], h: Scalar, weights: np.ndarray, stages: list) -> list[Array]:
+    """Y + h Σ wⱼ kⱼ, leaf by leaf."""
+    weighted = [(float(w), stage) for w, stage in zip(weights, stages, strict=False) if w != 0]
+    return [
+        leaf + h * sum((w * stage[i] for w, stage in weighted), jnp.zeros_like(leaf))
+        for i, leaf in enumerate(leaves)
+    ]
+
+
+def _first_guess(automaton: Automaton, start: Point, tolerance: Scalar, order: int) -> Scalar:
+    """A first step from the time scales of the driven acceleration."""
+
+    def drive(t: Scalar, y: State) -> Scalar:
+        return driven_acceleration(automaton.model, t, y, start.mode)
+
+    rate = automaton.flow(start.t, start.y, start.mode)
+    acceleration, jerk = jax.jvp(drive, (start.t, start.y), (jnp.ones_like(start.t), rate))
+    jerk = jnp.abs(jerk) + jnp.finfo(jerk.dtype).tiny
+    scale = jnp.maximum(jnp.abs(acceleration) / jerk, jnp.sqrt(jnp.abs(start.y.velocity) / jerk))
+    return (_LOCAL * tolerance) ** (1 / order) * jnp.where(scale > 0, scale, jnp.inf)
+
+
+def _first_event(
+    automaton: Automaton, start: Point, end: State, h: Scalar, target: Code, settle: Flag
+) -> tuple[Code, Scalar, Flag]:
+    """The first transition on a step, where it happens as a fraction of it, and any doubt.
+
+    The transition being landed on counts even where the step ends just short of it.
+    """
+    before = _guard_jets(automaton, start.t, start.y, start.mode)
+    after = _guard_jets(automaton, start.t + h, end, start.mode)
+    zeroed = automaton.zeroed(start.arrival)
+    event, fraction, unclear = jnp.int32(NO_EVENT), jnp.full_like(h, jnp.inf), jnp.zeros((), bool)
+    for index, (jet0, jet1, is_zero) in enumerate(zip(before, after, zeroed, strict=True)):
+        value0 = jnp.where(is_zero, 0.0, jet0[0])
+        crossing = _watched((value0, *jet0[1:]), jet1, h, settle)
+        ahead = 1 - jet1[0] / (jet1[1] * h)
+        close = (target == index) & (jnp.abs(ahead - 1) < 0.5)
+        own = jnp.where(jnp.isinf(crossing.fraction) & close, ahead, crossing.fraction)
+        earlier = own < fraction
+        event = jnp.where(earlier, index, event).astype(jnp.int32)
+        fraction = jnp.where(earlier, own, fraction)
+        unclear = unclear | crossing.unclear
+    return event, fraction, unclear
+
+
+def _guard_jets(
+    automaton: Automaton, t: Scalar, y: State, mode: Mode
+) -> list[tuple[Scalar, Scalar, Scalar]]:
+    """Each guard with its first and second derivative in time along the flow."""
+
+    def value(t: Scalar, y: State) -> list[Scalar]:
+        return automaton.guards(t, y, mode)
+
+    def derivative(t: Scalar, y: State) -> list[Scalar]:
+        return jax.jvp(value, (t, y), (jnp.ones_like(t), automaton.flow(t, y, mode)))[1]
+
+    first, second = jax.jvp(derivative, (t, y), (jnp.ones_like(t), automaton.flow(t, y, mode)))
+    return list(zip(value(t, y), first, second, strict=True))
+
+
+def _watched(
+    jet0: tuple[Scalar, Scalar, Scalar],
+    jet1: tuple[Scalar, Scalar, Scalar],
+    h: Scalar,
+    settle: Flag,
+) -> Crossing:
+    """The first crossing of the quintic through two jets, in doubt by its distance to the cubic."""
+    a0, a1, a2 = jet0[0], h * jet0[1], h**2 * jet0[2]
+    b0, b1, b2 = jet1[0], h * jet1[1], h**2 * jet1[2]
+    smooth = jnp.isfinite(a2) & jnp.isfinite(b2)
+    a2 = jnp.where(smooth, a2, 6 * (b0 - a0) - 4 * a1 - 2 * b1)
+    b2 = jnp.where(smooth, b2, 6 * (a0 - b0) + 4 * b1 + 2 * a1)
+    rise, slope, bend = b0 - a0 - a1 - a2 / 2, b1 - a1 - a2, b2 - a2
+    quintic = [
+        a0,
+        a1,
+        a2 / 2,
+        10 * rise - 4 * slope + bend / 2,
+        -15 * rise + 7 * slope - bend,
+        6 * rise - 3 * slope + bend / 2,
+    ]
+    margin = jnp.abs((a1 - b1) / 32 + (a2 + b2) / 64)
+    return first_crossing(quintic, settle, margin)

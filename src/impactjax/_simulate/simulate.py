@@ -1,0 +1,173 @@
+"""The verb `simulate`: model → trajectory."""
+
+from typing import TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, ArrayLike, PyTree
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.parameter import as_parameter
+from impactjax._results import RESULTS
+from impactjax._simulate.automaton import with_internal
+from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.impact_log import impact_log
+from impactjax._simulate.loop import Run, record_steps
+from impactjax._simulate.natural_step import natural_step
+from impactjax._simulate.replay import CHUNK, differentiable_path
+from impactjax._simulate.sample import sample, step_of_each_sample
+from impactjax._simulate.step import AbstractStep
+from impactjax._simulate.trajectory import Stats, Trajectory
+from impactjax._types import Coordinate, CoordinateRate, Samples, Scalar
+
+T = TypeVar("T")
+
+
+class InitialState(eqx.Module):
+    """Where a run starts.
+
+    **Arguments:**
+
+    - `position`: the coordinate [rad] or [m].
+    - `velocity`: its rate [rad/s] or [m/s].
+    """
+
+    position: Coordinate = eqx.field(converter=as_parameter)
+    velocity: CoordinateRate = eqx.field(converter=as_parameter, default=0.0)
+
+
+def simulate(
+    model: ImpactOscillator,
+    initial: InitialState,
+    ts: ArrayLike,
+    *,
+    t0: ArrayLike | None = None,
+    step: AbstractStep | None = None,
+    tolerance: ArrayLike | None = None,
+    max_steps: int = 1024,
+    max_impacts: int = 64,
+    chatter: Chatter = Chatter(),
+) -> Trajectory:
+    """Free flight and contact of one lane, exact in value and derivative through every impact.
+
+    Works under `jit`, `vmap`, `jvp` and `vjp`, in any order and as often as wanted. Parameter
+    values never cause a retrace. A lane that fails says so in `result` and leaves all others as
+    they are.
+
+    **Arguments:**
+
+    - `model`: the oscillator and its stops.
+    - `initial`: the state at `t0`.
+    - `ts`: times at which to sample, strictly increasing, shape (samples,) [s].
+    - `t0`: time of the initial state, not after the first sample [s]; if left out, that of the
+      first sample.
+    - `step`: how to step; if left out, `TaylorStep()` where the model's equations are analytic and
+      `RungeKutta()` otherwise.
+    - `tolerance`: error allowed relative to the motion; if left out, 1e-8 in double and 1e-5 in
+      single precision.
+    - `max_steps`: steps that a lane may take. Memory grows with it, computing time hardly does.
+    - `max_impacts`: rows of the impact log.
+    - `chatter`: when to sum an endless series of impacts in closed form.
+
+    **Raises** `ValueError` for what can be seen before the run: times that are not a strictly
+    increasing list of numbers, a tolerance that the floating-point type cannot give, limits below
+    one, and `NotAnalytic` for a `TaylorStep` asked of equations that have no Taylor series. All
+    else is in the trajectory's `result`.
+    """
+    for name, limit in (("max_steps", max_steps), ("max_impacts", max_impacts)):
+        if limit < 1:
+            raise ValueError(f"Argument `{name}` must be at least 1, but it is {limit}.")
+    ts = jnp.asarray(ts)
+    if ts.ndim != 1 or ts.size == 0:
+        raise ValueError(
+            f"Argument `ts` must be a list of at least one time, but it has shape {ts.shape}."
+        )
+    t0 = ts[0] if t0 is None else t0
+    _check_order(t0, ts)
+    dtype = jnp.result_type(float, *jax.tree.leaves((model, initial)))
+    if tolerance is None:
+        tolerance = 1e-8 if jnp.finfo(dtype).bits > 32 else 1e-5
+    _check_tolerance(tolerance, dtype)
+    return _simulate(
+        natural_step(model) if step is None else step,
+        chatter,
+        -(-max_steps // CHUNK) * CHUNK,
+        max_impacts,
+        _cast(model, dtype),
+        _cast(initial, dtype),
+        jnp.asarray(ts, dtype),
+        jnp.asarray(t0, dtype),
+        jnp.asarray(tolerance, dtype),
+    )
+
+
+@eqx.filter_jit
+def _simulate(
+    step: AbstractStep,
+    chatter: Chatter,
+    max_steps: int,
+    max_impacts: int,
+    model: ImpactOscillator,
+    initial: InitialState,
+    ts: Samples,
+    t0: Scalar,
+    tolerance: Scalar,
+) -> Trajectory:
+    y0 = with_internal(model, initial.position, initial.velocity)
+    run = jax.lax.stop_gradient(Run(model, y0, t0, ts, tolerance))
+    record = record_steps(step, chatter, max_steps, run)
+    path = differentiable_path(step, model, y0, t0, record)
+    row = step_of_each_sample(record.log, ts)
+    state = sample(step, model, path, record.log, ts, row)
+    impacts, total = impact_log(model, path, record.log, max_impacts)
+    full = RESULTS.where(total > max_impacts, RESULTS.max_impacts_reached, RESULTS.successful)
+    fine = record.result == RESULTS.successful
+    known = ts <= record.end.t
+    return Trajectory(
+        ts=ts,
+        position=jnp.where(known, state.position, jnp.nan),
+        velocity=jnp.where(known, state.velocity, jnp.nan),
+        impacts=impacts,
+        result=RESULTS.where(fine, full, record.result),
+        stats=Stats(jnp.sum(record.log.taken, dtype=jnp.int32)),
+    )
+
+
+def _check_order(t0: ArrayLike, ts: Array) -> None:
+    if isinstance(ts, Tracer) or isinstance(t0, Tracer):
+        return
+    times = np.concatenate([np.atleast_1d(np.asarray(t0)), np.asarray(ts)])
+    if not np.all(np.isfinite(times)):
+        raise ValueError("Arguments `ts` and `t0` must be finite.")
+    if np.any(np.diff(times[1:]) <= 0):
+        where = int(np.argmax(np.diff(times[1:]) <= 0)) + 1
+        raise ValueError(
+            f"Argument `ts` must increase strictly, but ts[{where}] = {times[where + 1]} follows "
+            f"{times[where]}."
+        )
+    if times[0] > times[1]:
+        raise ValueError(
+            f"Argument `t0` must not be after the first sample, but {times[0]} > {times[1]}."
+        )
+
+
+def _check_tolerance(tolerance: ArrayLike, dtype: np.dtype) -> None:
+    if isinstance(tolerance, Tracer):
+        return
+    floor = 10 * float(jnp.finfo(dtype).eps)
+    if not np.all(np.asarray(tolerance) >= floor):
+        raise ValueError(
+            f"Argument `tolerance` must be at least {floor:.0e} in {jnp.dtype(dtype).name}, but it "
+            f"is {tolerance}. Double precision (`jax_enable_x64`) gives more."
+        )
+
+
+def _cast(tree: T, dtype: np.dtype) -> T:
+    def cast(leaf: PyTree) -> Array:
+        array = jnp.asarray(leaf)
+        return array if jnp.issubdtype(array.dtype, jnp.bool_) else array.astype(dtype)
+
+    return jax.tree.map(cast, tree)

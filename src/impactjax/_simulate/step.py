@@ -1,0 +1,63 @@
+"""The interface of a step: how a lane moves in its own mode."""
+
+import abc
+from typing import NamedTuple
+
+import equinox as eqx
+from jaxtyping import PyTree
+
+from impactjax._simulate.automaton import Automaton
+from impactjax._simulate.state import Mode, State
+from impactjax._types import Code, Flag, Scalar
+
+
+class Point(NamedTuple):
+    """Where a step starts."""
+
+    t: Scalar
+    y: State
+    mode: Mode
+    arrival: Code  # the event that led here, or NO_EVENT
+
+
+class Outcome(NamedTuple):
+    """What one attempt at a step came to."""
+
+    accepted: Flag
+    h: Scalar  # the duration taken, or tried
+    y: State  # the state at its end, before any jump
+    event: Code  # the transition it ends on, or NO_EVENT
+    memory: PyTree  # the step's own, for the next attempt
+
+
+class AbstractStep(eqx.Module):
+    """Moves a state along the flow of its mode, and finds the first event on the way.
+
+    An event ends the step: its location is step-size control.
+    """
+
+    @abc.abstractmethod
+    def begin(self, span: Scalar) -> PyTree:
+        """Memory before the first attempt of a run that lasts `span` [s]."""
+
+    @abc.abstractmethod
+    def attempt(
+        self,
+        automaton: Automaton,
+        start: Point,
+        remaining: Scalar,
+        tolerance: Scalar,
+        memory: PyTree,
+    ) -> Outcome:
+        """One attempt, at most `remaining` [s] long; a step that is not accepted is tried again."""
+
+    @abc.abstractmethod
+    def expand(self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar) -> PyTree:
+        """What `evaluate` needs of a step of duration `h`, computed once for all its samples."""
+
+    @abc.abstractmethod
+    def evaluate(self, automaton: Automaton, mode: Mode, expansion: PyTree, s: Scalar) -> State:
+        """The state a time `s` after the start of the step, to the accuracy of the step itself.
+
+        Smooth in everything: the derivatives of a simulation are those of this map.
+        """

@@ -1,0 +1,273 @@
+"""Taylor series of an ODE's solution, from the vector field itself.
+
+The field's jaxpr is read once; each primitive has a recurrence that gives the next coefficient of
+its output from the coefficients of its inputs, and the field gives the next coefficients of the
+state. Source: Moore (1966); Jorba & Zou, Experimental Mathematics 14, 99 (2005).
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import jax
+import jax.numpy as jnp
+from jax.extend.core import Jaxpr, JaxprEqn, Literal, Var
+from jaxtyping import Array
+
+from impactjax._types import Scalar
+
+Series: TypeAlias = list[Array]  # the coefficients so far, in order
+Operand: TypeAlias = Series | Array | float  # a series, or a value that time does not change
+Program: TypeAlias = list[Callable[[int], None]]  # each appends a coefficient of order k
+
+
+class NotAnalytic(ValueError):  # noqa: N818  it is a property of the equations, as the name says
+    """The equations of motion hold an operation that has no Taylor recurrence here."""
+
+
+def solution_series(
+    field: Callable[..., Sequence[Scalar]], t: Scalar, y: Sequence[Scalar], order: int, unit: Scalar
+) -> tuple[list[Series], list[Series]]:
+    """Taylor coefficients, in time counted in `unit`s from `t`, of the solution of y′ = f(t, y).
+
+    `field(t, *y)` returns the derivatives and, after them, further functions of time and state
+    whose series are wanted too. All series go up to the power `order`.
+
+    Raises `NotAnalytic` if an operation has no recurrence.
+    """
+    closed = jax.make_jaxpr(field)(t, *y)
+    clock = [t, unit] + [jnp.zeros_like(unit)] * (order - 1)
+    states = [[value] for value in y]
+    program: Program = []
+    outputs = _read(closed.jaxpr, closed.consts, [clock, *states], program)
+    rates, further = outputs[: len(y)], outputs[len(y) :]
+    for k in range(order + 1):
+        for extend in program:
+            extend(k)
+        if k < order:
+            for state, rate in zip(states, rates, strict=True):
+                state.append(_at(rate, k, t) * (unit / (k + 1)))
+    return states, [[_at(output, k, t) for k in range(order + 1)] for output in further]
+
+
+def _at(operand: Operand, k: int, like: Scalar) -> Array:
+    """The coefficient of order k of anything."""
+    if isinstance(operand, list):
+        return operand[k]
+    return jnp.asarray(operand, like.dtype) if k == 0 else jnp.zeros_like(like)
+
+
+def _read(
+    jaxpr: Jaxpr, consts: Sequence[Any], inputs: Sequence[Operand], program: Program
+) -> list[Operand]:
+    """The outputs of a jaxpr; `program` gets what makes their series grow."""
+    values: dict[Any, Operand] = dict(zip(jaxpr.constvars, consts, strict=True))
+    values.update(zip(jaxpr.invars, inputs, strict=True))
+
+    def value(atom: Var | Literal) -> Operand:
+        return atom.val if isinstance(atom, Literal) else values[atom]
+
+    for equation in jaxpr.eqns:
+        outputs = _apply(equation, [value(atom) for atom in equation.invars], program)
+        values.update(zip(equation.outvars, outputs, strict=True))
+    return [value(atom) for atom in jaxpr.outvars]
+
+
+def _apply(equation: JaxprEqn, operands: list[Operand], program: Program) -> Sequence[Operand]:
+    primitive, params = equation.primitive, equation.params
+    inner = params.get("jaxpr", params.get("call_jaxpr"))
+    if primitive.name in _CALLS and inner is not None:
+        return _read(inner.jaxpr, inner.consts, operands, program)
+    if not any(isinstance(operand, list) for operand in operands):
+        result = primitive.bind(*operands, **params)
+        return result if primitive.multiple_results else [result]
+    if primitive.name in _LINEAR:
+        (series,) = operands
+        assert isinstance(series, list)
+        return [_grown(program, lambda k: primitive.bind(series[k], **params))]
+    if primitive.name not in _RULES:
+        raise NotAnalytic(
+            f"Operation `{primitive.name}` in the equations of motion has no Taylor recurrence; "
+            "simulate with a Runge-Kutta step instead, `step=RungeKutta()`."
+        )
+    return [_RULES[primitive.name](operands, params, program)]
+
+
+def _grown(program: Program, rule: Callable[[int], Array]) -> Series:
+    """A series whose coefficient of order k is `rule(k)`."""
+    series: Series = []
+    program.append(lambda k: series.append(rule(k)))
+    return series
+
+
+def _sum(terms: Sequence[Array]) -> Array:
+    total = terms[0]
+    for term in terms[1:]:
+        total = total + term
+    return total
+
+
+def _product_coefficient(a: Series, b: Series, k: int) -> Array:
+    return _sum([a[j] * b[k - j] for j in range(k + 1)])
+
+
+def _square_coefficient(a: Series, k: int) -> Array:
+    pairs = [2 * (a[j] * a[k - j]) for j in range((k + 1) // 2)]
+    middle = [a[k // 2] * a[k // 2]] if k % 2 == 0 else []
+    return _sum(pairs + middle)
+
+
+def _add(operands: list[Operand], params: dict, program: Program) -> Series:
+    del params
+    a, b = operands
+    if isinstance(a, list) and isinstance(b, list):
+        return _grown(program, lambda k: a[k] + b[k])
+    series, constant = (a, b) if isinstance(a, list) else (b, a)
+    assert isinstance(series, list)
+    assert not isinstance(constant, list)
+    return _grown(program, lambda k: series[k] + constant if k == 0 else series[k])
+
+
+def _subtract(operands: list[Operand], params: dict, program: Program) -> Series:
+    a, b = operands
+    if isinstance(b, list):
+        return _add([a, _grown(program, lambda k: -b[k])], params, program)
+    return _add([a, -b], params, program)
+
+
+def _multiply(operands: list[Operand], params: dict, program: Program) -> Series:
+    del params
+    a, b = operands
+    if isinstance(a, list) and isinstance(b, list):
+        if a is b:
+            return _grown(program, lambda k: _square_coefficient(a, k))
+        return _grown(program, lambda k: _product_coefficient(a, b, k))
+    series, constant = (a, b) if isinstance(a, list) else (b, a)
+    assert isinstance(series, list)
+    assert not isinstance(constant, list)
+    return _grown(program, lambda k: series[k] * constant)
+
+
+def _divide(operands: list[Operand], params: dict, program: Program) -> Series:
+    del params
+    a, b = operands
+    if not isinstance(b, list):
+        assert isinstance(a, list)
+        return _grown(program, lambda k: a[k] / b)
+    quotient: Series = []
+
+    def extend(k: int) -> None:
+        known = [b[j] * quotient[k - j] for j in range(1, k + 1)]
+        quotient.append((_at(a, k, b[0]) - _sum(known) if known else _at(a, k, b[0])) / b[0])
+
+    program.append(extend)
+    return quotient
+
+
+def _integer_power(operands: list[Operand], params: dict, program: Program) -> Series:
+    (a,) = operands
+    assert isinstance(a, list)
+    exponent = params["y"]
+    if exponent == 0:
+        return _grown(program, lambda k: jnp.full_like(a[0], 1.0 if k == 0 else 0.0))
+    if exponent < 0:
+        positive = _integer_power([a], {"y": -exponent}, program)
+        return _divide([1.0, positive], {}, program)
+    if exponent == 1:
+        return a
+    half = _integer_power([a], {"y": exponent // 2}, program)
+    squared = _multiply([half, half], {}, program)
+    return squared if exponent % 2 == 0 else _multiply([squared, a], {}, program)
+
+
+def _square(operands: list[Operand], params: dict, program: Program) -> Series:
+    return _multiply([operands[0], operands[0]], params, program)
+
+
+def _derivative(operand: Operand, program: Program) -> Series:
+    """J aⱼ at position j − 1; short of the last coefficient by one while the series grow."""
+    assert isinstance(operand, list)
+    slope: Series = []
+
+    def extend(k: int) -> None:
+        if k > 0:
+            slope.append(k * operand[k])
+
+    program.append(extend)
+    return slope
+
+
+def _exponential(operands: list[Operand], params: dict, program: Program) -> Series:
+    del params
+    (a,) = operands
+    assert isinstance(a, list)
+    slope = _derivative(a, program)
+    power: Series = []
+
+    def rule(k: int) -> Array:
+        return jnp.exp(a[0]) if k == 0 else _product_coefficient(slope, power, k - 1) / k
+
+    program.append(lambda k: power.append(rule(k)))
+    return power
+
+
+def _sine_and_cosine(operand: Operand, program: Program) -> tuple[Series, Series]:
+    assert isinstance(operand, list)
+    slope = _derivative(operand, program)
+    sine: Series = []
+    cosine: Series = []
+
+    def extend(k: int) -> None:
+        if k == 0:
+            sine.append(jnp.sin(operand[0]))
+            cosine.append(jnp.cos(operand[0]))
+        else:
+            next_sine = _product_coefficient(slope, cosine, k - 1) / k
+            next_cosine = -_product_coefficient(slope, sine, k - 1) / k
+            sine.append(next_sine)
+            cosine.append(next_cosine)
+
+    program.append(extend)
+    return sine, cosine
+
+
+def _sine(operands: list[Operand], params: dict, program: Program) -> Series:
+    del params
+    return _sine_and_cosine(operands[0], program)[0]
+
+
+def _cosine(operands: list[Operand], params: dict, program: Program) -> Series:
+    del params
+    return _sine_and_cosine(operands[0], program)[1]
+
+
+def _select(operands: list[Operand], params: dict, program: Program) -> Series:
+    del params
+    which, *cases = operands
+    if isinstance(which, list):
+        raise NotAnalytic(
+            "The equations of motion switch with the state; simulate with a Runge-Kutta step "
+            "instead, `step=RungeKutta()`, or make the switch an event."
+        )
+
+    def rule(k: int) -> Array:
+        like = next(case[0] for case in cases if isinstance(case, list))
+        return jax.lax.select_n(which, *(_at(case, k, like) for case in cases))
+
+    return _grown(program, rule)
+
+
+_CALLS = ("jit", "pjit", "closed_call", "core_call", "custom_jvp_call", "custom_vjp_call")
+_LINEAR = ("neg", "convert_element_type", "broadcast_in_dim", "reshape", "squeeze", "copy")
+_RULES: dict[str, Callable[[list[Operand], dict, Program], Series]] = {
+    "add": _add,
+    "add_any": _add,
+    "sub": _subtract,
+    "mul": _multiply,
+    "div": _divide,
+    "integer_pow": _integer_power,
+    "square": _square,
+    "exp": _exponential,
+    "sin": _sine,
+    "cos": _cosine,
+    "select_n": _select,
+}

@@ -1,0 +1,154 @@
+"""A step by the solution's own Taylor series."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import PyTree
+
+from impactjax._simulate.automaton import NO_EVENT, Automaton
+from impactjax._simulate.crossing import first_crossing, horner
+from impactjax._simulate.flow import driven_acceleration
+from impactjax._simulate.state import Mode, State
+from impactjax._simulate.step import AbstractStep, Outcome, Point
+from impactjax._simulate.taylor import Series, solution_series
+from impactjax._types import Scalar
+
+_LONGEST = 100.0  # how much longer than the step before a step may be
+_RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural step
+_FLIGHTS = 2.0  # a step from the surface is at most as long as this many expected flights
+_SAFETY = 0.1  # local error asked for, as a fraction of the tolerance
+
+
+class _Memory(NamedTuple):
+    unit: Scalar  # [s], the unit of time for the next series: about the length of a step
+    cap: Scalar  # [s], at most as long as this
+
+
+class TaylorStep(AbstractStep):
+    """A step by the Taylor series of the solution, for analytic equations of motion.
+
+    The step is as long as the series is accurate to the tolerance, without trial and error; events
+    are roots of its polynomials, isolated rigorously; the polynomial is the dense output.
+
+    **Arguments:**
+
+    - `order`: the highest power of time in the position.
+    """
+
+    order: int = eqx.field(default=14, static=True)
+
+    def __check_init__(self) -> None:
+        if self.order < 4:
+            raise ValueError(f"Argument `order` must be at least 4, but it is {self.order}.")
+
+    def begin(self, span: Scalar) -> _Memory:
+        return _Memory(span / 100, jnp.full_like(span, jnp.inf))
+
+    def attempt(
+        self,
+        automaton: Automaton,
+        start: Point,
+        remaining: Scalar,
+        tolerance: Scalar,
+        memory: _Memory,
+    ) -> Outcome:
+        unit = memory.unit
+        states, drive, guards = self._series(automaton, start, unit)
+        speeds = [_if_free(start.y.velocity, drive, unit), *states[2:]]
+        natural = jnp.minimum(_longest_accurate(speeds, tolerance), _LONGEST) * unit
+        natural = jnp.minimum(natural, remaining)
+        h = jnp.minimum(natural, memory.cap)
+        for guard in guards:
+            h = jnp.minimum(h, _FLIGHTS * unit * _flight_time(guard))
+        zeroed = automaton.zeroed(start.arrival)
+        settle = h <= _RESOLUTION * natural
+        event, unclear = jnp.int32(NO_EVENT), jnp.zeros((), bool)
+        fraction = jnp.full_like(h, jnp.inf)
+        for index, (guard, is_zero) in enumerate(zip(guards, zeroed, strict=True)):
+            scaled = _rescaled(guard, h / unit)
+            scaled[0] = jnp.where(is_zero, 0.0, scaled[0])
+            crossing = first_crossing(scaled, settle)
+            earlier = crossing.fraction < fraction
+            event = jnp.where(earlier, index, event).astype(jnp.int32)
+            fraction = jnp.where(earlier, crossing.fraction, fraction)
+            unclear = unclear | crossing.unclear
+        h = h * jnp.minimum(fraction, 1.0)
+        structure = jax.tree.structure(start.y)
+        end = jax.tree.unflatten(structure, [horner(a, h / unit) for a in states])
+        after = _Memory(natural, jnp.where(unclear, h / 2, jnp.inf))
+        return Outcome(~unclear, h, end, event, after)
+
+    def expand(
+        self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
+    ) -> tuple[PyTree, Scalar]:
+        unit = jnp.where(h > 0, h, 1.0)
+        leaves, structure = jax.tree.flatten(y)
+
+        def field(t: Scalar, *leaves: Scalar) -> list[Scalar]:
+            return jax.tree.leaves(automaton.flow(t, jax.tree.unflatten(structure, leaves), mode))
+
+        states, _ = solution_series(field, t, leaves, self.order, unit)
+        return jax.tree.unflatten(structure, [jnp.stack(a) for a in states]), unit
+
+    def evaluate(
+        self, automaton: Automaton, mode: Mode, expansion: tuple[PyTree, Scalar], s: Scalar
+    ) -> State:
+        del automaton, mode
+        coefficients, unit = expansion
+        return jax.tree.map(lambda a: horner(list(a), s / unit), coefficients)
+
+    def _series(
+        self, automaton: Automaton, start: Point, unit: Scalar
+    ) -> tuple[list[Series], Series, list[Series]]:
+        """Series of the state, of the driven acceleration, and of the guards."""
+        leaves, structure = jax.tree.flatten(start.y)
+
+        def field(t: Scalar, *leaves: Scalar) -> list[Scalar]:
+            y = jax.tree.unflatten(structure, leaves)
+            rates = jax.tree.leaves(automaton.flow(t, y, start.mode))
+            drive = driven_acceleration(automaton.model, t, y, start.mode)
+            return [*rates, drive, *automaton.guards(t, y, start.mode)]
+
+        states, (drive, *guards) = solution_series(field, start.t, leaves, self.order, unit)
+        return states, drive, guards
+
+
+def _if_free(velocity: Scalar, drive: Series, unit: Scalar) -> Series:
+    """The series of the velocity if nothing held the mass: it bounds the step at rest too."""
+    return [velocity, *(a * (unit / (k + 1)) for k, a in enumerate(drive[:-1]))]
+
+
+def _flight_time(guard: Series) -> Scalar:
+    """When a guard that rises from zero is expected back, were it a parabola; else infinity."""
+    returns = (guard[0] == 0) & (guard[1] > 0) & (guard[2] < 0)
+    return jnp.where(returns, -guard[1] / jnp.where(returns, guard[2], 1.0), jnp.inf)
+
+
+def _rescaled(coefficients: Series, factor: Scalar) -> Series:
+    power, scaled = jnp.ones_like(factor), []
+    for coefficient in coefficients:
+        scaled.append(coefficient * power)
+        power = power * factor
+    return scaled
+
+
+def _longest_accurate(speeds: list[Series], tolerance: Scalar) -> Scalar:
+    """The longest step, in units of the series, whose last terms are within the tolerance.
+
+    They are compared with the largest of the first three terms over that step. The position
+    follows from its rate and needs no test of its own.
+    """
+    tiny = jnp.finfo(tolerance.dtype).tiny
+    goal = jnp.log(_SAFETY * tolerance)
+    longest = jnp.full_like(goal, jnp.inf)
+    for series in speeds:
+        heads = [jnp.log(jnp.abs(series[j]) + tiny) for j in range(3)]
+        for last in (len(series) - 1, len(series) - 2):
+            end = jnp.log(jnp.abs(series[last]) + tiny)
+            ratios = [(goal + head - end) / (last - j) for j, head in enumerate(heads)]
+            best = jnp.maximum(jnp.maximum(ratios[0], ratios[1]), ratios[2])
+            best = jnp.where(series[last] == 0, jnp.inf, best)
+            longest = jnp.minimum(longest, best)
+    return jnp.exp(longest)

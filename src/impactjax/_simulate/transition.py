@@ -1,0 +1,44 @@
+"""What can end a mode: a guard and a jump."""
+
+import abc
+from typing import ClassVar, NamedTuple
+
+import equinox as eqx
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.state import Mode, State
+from impactjax._types import Flag, Scalar
+
+
+class Context(NamedTuple):
+    """What a jump may ask about the lane."""
+
+    fastest: Scalar  # largest approach speed so far, in units of the coordinate
+    tolerance: Scalar
+    chatter: Chatter
+
+
+class Jump(NamedTuple):
+    """The state and mode after an event."""
+
+    state: State
+    mode: Mode
+    in_range: Flag  # whether the law was asked within its range
+
+
+class AbstractTransition(eqx.Module):
+    """A directed event: it happens when the guard falls through zero."""
+
+    guard_stays_zero: ClassVar[bool]
+    """Whether the guard is zero, up to rounding, just after the event."""
+
+    @abc.abstractmethod
+    def guard(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
+        """Positive while the mode lasts; constant where this transition cannot happen."""
+
+    @abc.abstractmethod
+    def jump(
+        self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode, context: Context
+    ) -> Jump:
+        """State and mode after the event; smooth in the model, the time and the state."""

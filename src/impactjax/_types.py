@@ -1,0 +1,28 @@
+"""Shapes and units, once. SI and radians everywhere inside; degrees, ms and mm only at the edge.
+
+A *coordinate* is the oscillator's own: rad for a pendulum, m for everything that moves on a line.
+A value belongs to one lane unless it says otherwise; `jax.vmap` adds the lanes.
+"""
+
+from jaxtyping import Array, Bool, Float, Int
+
+Coordinate = Float[Array, "..."]  # [rad] or [m]
+CoordinateRate = Float[Array, "..."]  # [rad/s] or [m/s]
+CoordinateAcceleration = Float[Array, "..."]  # [rad/s²] or [m/s²]
+Time = Float[Array, "..."]  # [s]
+AngularFrequency = Float[Array, "..."]  # [rad/s]
+Length = Float[Array, "..."]  # [m]
+Lever = Float[Array, "..."]  # [m/rad], or [1] on a line
+Speed = Float[Array, "..."]  # [m/s], positive
+Mass = Float[Array, "..."]  # [kg]
+Force = Float[Array, "..."]  # [N]
+Energy = Float[Array, "..."]  # [J]
+Ratio = Float[Array, "..."]  # [1]
+InverseSpeed = Float[Array, "..."]  # [s/m]
+
+Scalar = Float[Array, ""]  # one number of one lane
+Flag = Bool[Array, ""]
+Code = Int[Array, ""]
+
+Samples = Float[Array, " samples"]
+Steps = Float[Array, " steps"]
