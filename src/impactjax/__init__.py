@@ -13,7 +13,9 @@ from impactjax._model.law import AbstractImpactLaw as AbstractImpactLaw
 from impactjax._model.linear_oscillator import LinearOscillator as LinearOscillator
 from impactjax._model.linear_restitution import LinearRestitution as LinearRestitution
 from impactjax._model.oscillator import AbstractOscillator as AbstractOscillator
-from impactjax._model.parameter import Requirement as Requirement
+from impactjax._model.parameter import as_optional_parameter as as_optional_parameter
+from impactjax._model.parameter import as_parameter as as_parameter
+from impactjax._model.parameter import parameter as parameter
 from impactjax._model.pendulum import Pendulum as Pendulum
 from impactjax._model.restitution import Restitution as Restitution
 from impactjax._model.separation import AbstractSeparation as AbstractSeparation

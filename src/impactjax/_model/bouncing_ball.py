@@ -1,9 +1,10 @@
 """A ball that falls onto a floor."""
 
 import equinox as eqx
+import jax.numpy as jnp
 
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import Requirement, as_parameter, finite, positive
+from impactjax._model.parameter import as_parameter, parameter
 from impactjax._model.pendulum import STANDARD_GRAVITY
 from impactjax._types import Coordinate, CoordinateAcceleration, CoordinateRate, Lever, Mass, Time
 
@@ -17,8 +18,17 @@ class BouncingBall(AbstractOscillator):
     - `mass`: [kg].
     """
 
-    gravity: CoordinateAcceleration = eqx.field(converter=as_parameter, default=STANDARD_GRAVITY)
-    mass: Mass = eqx.field(converter=as_parameter, default=1.0)
+    gravity: CoordinateAcceleration = eqx.field(
+        converter=as_parameter,
+        metadata=parameter("m/s²", at_least=0, known=True),
+        default=STANDARD_GRAVITY,
+    )
+    mass: Mass = eqx.field(
+        converter=as_parameter,
+        metadata=parameter("kg", above=0, known=True),
+        default=1.0,
+        kw_only=True,
+    )
     dry_friction: CoordinateAcceleration | None = eqx.field(init=False, default=None)
 
     def acceleration(
@@ -28,10 +38,7 @@ class BouncingBall(AbstractOscillator):
         return -self.gravity
 
     def lever(self) -> Lever:
-        return as_parameter(1.0)
+        return jnp.ones_like(self.mass)
 
     def is_angle(self) -> bool:
         return False
-
-    def requirements(self) -> tuple[Requirement, ...]:
-        return finite("gravity", self.gravity), positive("mass", self.mass)

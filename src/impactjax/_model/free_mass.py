@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import Requirement, as_parameter, positive
+from impactjax._model.parameter import as_parameter, parameter
 from impactjax._types import Coordinate, CoordinateAcceleration, CoordinateRate, Lever, Mass, Time
 
 
@@ -16,7 +16,9 @@ class FreeMass(AbstractOscillator):
     - `mass`: [kg].
     """
 
-    mass: Mass = eqx.field(converter=as_parameter, default=1.0)
+    mass: Mass = eqx.field(
+        converter=as_parameter, metadata=parameter("kg", above=0, known=True), default=1.0
+    )
     dry_friction: CoordinateAcceleration | None = eqx.field(init=False, default=None)
 
     def acceleration(
@@ -26,10 +28,7 @@ class FreeMass(AbstractOscillator):
         return jnp.zeros_like(position)
 
     def lever(self) -> Lever:
-        return as_parameter(1.0)
+        return jnp.ones_like(self.mass)
 
     def is_angle(self) -> bool:
         return False
-
-    def requirements(self) -> tuple[Requirement, ...]:
-        return (positive("mass", self.mass),)

@@ -3,7 +3,7 @@
 import equinox as eqx
 
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import Requirement, raise_if_violated
+from impactjax._model.parameter import Requirement, raise_if_violated, range_requirements
 from impactjax._model.stop import Stop
 
 
@@ -21,18 +21,21 @@ class ImpactOscillator(eqx.Module):
     lower: Stop | None = None
     upper: Stop | None = None
 
-    def requirements(self) -> tuple[Requirement, ...]:
-        """What its parameters must satisfy, those of all parts included."""
-        own: tuple[Requirement, ...] = ()
+    def parts(self) -> dict[str, eqx.Module]:
+        """All that has parameters, by where it is."""
+        found: dict[str, eqx.Module] = {"oscillator": self.oscillator}
+        for name, stop in (("lower", self.lower), ("upper", self.upper)):
+            if stop is not None:
+                found |= {name: stop, f"{name}.law": stop.law}
+        return found
+
+    def requirements(self) -> list[Requirement]:
+        """What the parameters of all parts must satisfy."""
+        own = [each for part in self.parts().values() for each in range_requirements(part)]
         if self.lower is not None and self.upper is not None:
             apart = self.lower.gap + self.upper.gap > 0
-            own = (Requirement(apart, "the lower stop must be below the upper one"),)
-        stops = [stop for stop in (self.lower, self.upper) if stop is not None]
-        return (
-            *self.oscillator.requirements(),
-            *(requirement for stop in stops for requirement in stop.requirements()),
-            *own,
-        )
+            own.append(Requirement(apart, "The lower stop must be below the upper one"))
+        return own
 
     def __check_init__(self) -> None:
         raise_if_violated(self, self.requirements())

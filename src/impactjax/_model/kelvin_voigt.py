@@ -1,9 +1,11 @@
 """A linear spring and a linear dashpot in parallel."""
 
 import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import ArrayLike
 
 from impactjax._model.law import AbstractForceLaw
-from impactjax._model.parameter import Requirement, as_parameter, not_negative, positive
+from impactjax._model.parameter import as_parameter, parameter
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
 from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
 
@@ -24,9 +26,17 @@ class KelvinVoigt(AbstractForceLaw):
     - `separation`: when the contact ends.
     """
 
-    omega0: AngularFrequency = eqx.field(converter=as_parameter)
-    gamma: Ratio = eqx.field(converter=as_parameter)
+    omega0: AngularFrequency = eqx.field(
+        converter=as_parameter, metadata=parameter("rad/s", above=0)
+    )
+    gamma: Ratio = eqx.field(converter=as_parameter, metadata=parameter("1", at_least=0))
     separation: AbstractSeparation = AtZeroPenetration()
+
+    @staticmethod
+    def from_restitution(omega0: ArrayLike, r: ArrayLike) -> "KelvinVoigt":
+        """The law with a given coefficient of restitution: γ = −ln r / √(π² + ln² r) (3.43)."""
+        loss = jnp.log(jnp.asarray(r))
+        return KelvinVoigt(omega0=omega0, gamma=-loss / jnp.sqrt(jnp.pi**2 + loss**2))
 
     def touch(self, speed: Speed, mass: Mass) -> tuple[()]:
         del speed, mass
@@ -41,6 +51,3 @@ class KelvinVoigt(AbstractForceLaw):
     ) -> tuple[()]:
         del penetration, rate, mass
         return internal
-
-    def requirements(self) -> tuple[Requirement, ...]:
-        return positive("omega0", self.omega0), not_negative("gamma", self.gamma)

@@ -5,7 +5,7 @@ import abc
 import equinox as eqx
 from jaxtyping import Array, Float, PyTree
 
-from impactjax._model.parameter import Requirement, raise_if_violated
+from impactjax._model.parameter import raise_if_violated, range_requirements
 from impactjax._model.separation import AbstractSeparation
 from impactjax._types import Force, Length, Mass, Ratio, Speed
 
@@ -19,12 +19,8 @@ class AbstractImpactLaw(eqx.Module):
     def restitution(self, speed: Speed) -> Ratio:
         """Coefficient of restitution r at an approach speed [m/s]."""
 
-    @abc.abstractmethod
-    def requirements(self) -> tuple[Requirement, ...]:
-        """What its parameters must satisfy."""
-
     def __check_init__(self) -> None:
-        raise_if_violated(self, self.requirements())
+        raise_if_violated(self, range_requirements(self))
 
 
 class AbstractForceLaw(eqx.Module):
@@ -49,12 +45,8 @@ class AbstractForceLaw(eqx.Module):
     ) -> Internal:
         """Time derivative of the internal state during contact."""
 
-    @abc.abstractmethod
-    def requirements(self) -> tuple[Requirement, ...]:
-        """What its parameters must satisfy."""
-
     def __check_init__(self) -> None:
-        raise_if_violated(self, self.requirements())
+        raise_if_violated(self, range_requirements(self))
 
 
 AbstractLaw = AbstractImpactLaw | AbstractForceLaw

@@ -1,15 +1,10 @@
 """A mass on a linear spring."""
 
 import equinox as eqx
+import jax.numpy as jnp
 
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import (
-    Requirement,
-    as_optional_parameter,
-    as_parameter,
-    not_negative,
-    positive,
-)
+from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
     AngularFrequency,
     Coordinate,
@@ -33,11 +28,23 @@ class LinearOscillator(AbstractOscillator):
     - `dry_friction`: deceleration by Coulomb friction [m/s²]; left out of the physics if `None`.
     """
 
-    omega_n: AngularFrequency = eqx.field(converter=as_parameter)
-    zeta: Ratio = eqx.field(converter=as_parameter, default=0.0)
-    mass: Mass = eqx.field(converter=as_parameter, default=1.0, kw_only=True)
+    omega_n: AngularFrequency = eqx.field(
+        converter=as_parameter, metadata=parameter("rad/s", above=0)
+    )
+    zeta: Ratio = eqx.field(
+        converter=as_parameter, metadata=parameter("1", at_least=0), default=0.0
+    )
+    mass: Mass = eqx.field(
+        converter=as_parameter,
+        metadata=parameter("kg", above=0, known=True),
+        default=1.0,
+        kw_only=True,
+    )
     dry_friction: CoordinateAcceleration | None = eqx.field(
-        converter=as_optional_parameter, default=None, kw_only=True
+        converter=as_optional_parameter,
+        metadata=parameter("m/s²", at_least=0),
+        default=None,
+        kw_only=True,
     )
 
     def acceleration(
@@ -47,16 +54,7 @@ class LinearOscillator(AbstractOscillator):
         return -2 * self.zeta * self.omega_n * velocity - self.omega_n**2 * position
 
     def lever(self) -> Lever:
-        return as_parameter(1.0)
+        return jnp.ones_like(self.mass)
 
     def is_angle(self) -> bool:
         return False
-
-    def requirements(self) -> tuple[Requirement, ...]:
-        friction = () if self.dry_friction is None else (self.dry_friction,)
-        return (
-            positive("omega_n", self.omega_n),
-            not_negative("zeta", self.zeta),
-            positive("mass", self.mass),
-            *(not_negative("dry_friction", value) for value in friction),
-        )

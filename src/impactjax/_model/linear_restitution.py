@@ -3,7 +3,7 @@
 import equinox as eqx
 
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._model.parameter import Requirement, as_parameter, finite, within
+from impactjax._model.parameter import as_parameter, parameter
 from impactjax._types import InverseSpeed, Ratio, Speed
 
 
@@ -21,11 +21,8 @@ class LinearRestitution(AbstractImpactLaw):
     - `alpha`: its decrease with speed [s/m].
     """
 
-    r0: Ratio = eqx.field(converter=as_parameter)
-    alpha: InverseSpeed = eqx.field(converter=as_parameter)
+    r0: Ratio = eqx.field(converter=as_parameter, metadata=parameter("1", at_least=0, at_most=1))
+    alpha: InverseSpeed = eqx.field(converter=as_parameter, metadata=parameter("s/m"))
 
     def restitution(self, speed: Speed) -> Ratio:
         return self.r0 - self.alpha * speed
-
-    def requirements(self) -> tuple[Requirement, ...]:
-        return within("r0", self.r0, 0, 1), finite("alpha", self.alpha)

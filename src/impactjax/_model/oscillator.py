@@ -4,7 +4,7 @@ import abc
 
 import equinox as eqx
 
-from impactjax._model.parameter import Requirement, raise_if_violated
+from impactjax._model.parameter import raise_if_violated, range_requirements
 from impactjax._types import (
     Coordinate,
     CoordinateAcceleration,
@@ -38,9 +38,5 @@ class AbstractOscillator(eqx.Module):
     def is_angle(self) -> bool:
         """Whether the coordinate is an angle [rad]; otherwise it is a displacement [m]."""
 
-    @abc.abstractmethod
-    def requirements(self) -> tuple[Requirement, ...]:
-        """What its parameters must satisfy."""
-
     def __check_init__(self) -> None:
-        raise_if_violated(self, self.requirements())
+        raise_if_violated(self, range_requirements(self))

@@ -1,5 +1,7 @@
-"""How a number becomes a parameter of a model, and what is asked of it."""
+"""Parameters of a model: numbers with a unit and a range."""
 
+import dataclasses
+import math
 from typing import NamedTuple
 
 import equinox as eqx
@@ -7,6 +9,56 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float
+
+_KEY = "impactjax parameter"
+
+
+class Range(NamedTuple):
+    """The values that a parameter may take, and their unit."""
+
+    unit: str
+    low: float  # not below this
+    high: float  # not above this
+    excludes_low: bool  # nor at `low` itself
+    known: bool  # usually measured otherwise: a fit leaves it alone unless asked
+
+    def holds(self, value: Float[Array, "..."]) -> Bool[Array, "..."]:
+        """Whether a value is finite and in range."""
+        above = value > self.low if self.excludes_low else value >= self.low
+        return jnp.isfinite(value) & above & (value <= self.high)
+
+    def describe(self) -> str:
+        """What must be, as in "must be ..."."""
+        if self.low == -math.inf and self.high == math.inf:
+            return "finite"
+        if self.high == math.inf:
+            kind = "greater than" if self.excludes_low else "at least"
+            return f"finite and {kind} {self.low:g}"
+        return f"from {self.low:g} to {self.high:g}"
+
+
+def parameter(
+    unit: str,
+    *,
+    above: float | None = None,
+    at_least: float = -math.inf,
+    at_most: float = math.inf,
+    known: bool = False,
+) -> dict[str, Range]:
+    """Metadata of a field that holds a parameter:
+    `eqx.field(converter=as_parameter, metadata=parameter("rad/s", above=0))`.
+
+    The range is checked where the object is made, becomes a result code under `jit`, and bounds a
+    fit.
+
+    **Arguments:**
+
+    - `unit`: such as "rad/s"; "1" for a pure number.
+    - `above`, `at_least`, `at_most`: the range.
+    - `known`: whether it is usually measured otherwise, so that a fit leaves it alone.
+    """
+    low = at_least if above is None else above
+    return {_KEY: Range(unit, low, at_most, excludes_low=above is not None, known=known)}
 
 
 def as_parameter(value: ArrayLike) -> Float[Array, "..."]:
@@ -18,40 +70,37 @@ def as_parameter(value: ArrayLike) -> Float[Array, "..."]:
 
 
 def as_optional_parameter(value: ArrayLike | None) -> Float[Array, "..."] | None:
-    """As `as_parameter`; `None` leaves that part of the physics out."""
+    """As `as_parameter`; `None` leaves a part of the physics out."""
     return None if value is None else as_parameter(value)
 
 
+def ranges(part: eqx.Module) -> dict[str, Range]:
+    """The parameters among the fields of a part of a model, those that are `None` left out."""
+    return {
+        field.name: field.metadata[_KEY]
+        for field in dataclasses.fields(part)
+        if _KEY in field.metadata and getattr(part, field.name) is not None
+    }
+
+
 class Requirement(NamedTuple):
-    """A condition on parameters and the sentence to say when it does not hold."""
+    """A condition on parameters, and the sentence to say when it does not hold."""
 
     holds: Bool[Array, "..."]
     sentence: str
 
 
-def finite(name: str, value: Float[Array, "..."]) -> Requirement:
-    """`value` is a finite number."""
-    return Requirement(jnp.isfinite(value), f"`{name}` must be finite")
+def range_requirements(part: eqx.Module) -> list[Requirement]:
+    """That each parameter of a part is in its range."""
+    return [
+        Requirement(
+            allowed.holds(getattr(part, name)), f"Argument `{name}` must be {allowed.describe()}"
+        )
+        for name, allowed in ranges(part).items()
+    ]
 
 
-def positive(name: str, value: Float[Array, "..."]) -> Requirement:
-    """`value` is finite and greater than zero."""
-    return Requirement(jnp.isfinite(value) & (value > 0), f"`{name}` must be positive and finite")
-
-
-def not_negative(name: str, value: Float[Array, "..."]) -> Requirement:
-    """`value` is finite and at least zero."""
-    return Requirement(
-        jnp.isfinite(value) & (value >= 0), f"`{name}` must be finite and not negative"
-    )
-
-
-def within(name: str, value: Float[Array, "..."], low: float, high: float) -> Requirement:
-    """`value` lies in the closed interval from `low` to `high`."""
-    return Requirement((value >= low) & (value <= high), f"`{name}` must be from {low} to {high}")
-
-
-def raise_if_violated(owner: eqx.Module, requirements: tuple[Requirement, ...]) -> None:
+def raise_if_violated(owner: eqx.Module, requirements: list[Requirement]) -> None:
     """Raises `ValueError` for the first requirement that is known not to hold.
 
     Traced values are let through: under `jit` they become a result code of the lane.

@@ -2,16 +2,9 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import ArrayLike
 
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import (
-    Requirement,
-    as_optional_parameter,
-    as_parameter,
-    not_negative,
-    positive,
-)
+from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
     AngularFrequency,
     Coordinate,
@@ -24,7 +17,7 @@ from impactjax._types import (
     Time,
 )
 
-STANDARD_GRAVITY = 9.80665
+STANDARD_GRAVITY = 9.80665  # [m/s²]
 
 
 class Pendulum(AbstractOscillator):
@@ -39,31 +32,35 @@ class Pendulum(AbstractOscillator):
     - `omega_n`: natural frequency at small amplitude [rad/s].
     - `zeta`: damping ratio [1].
     - `length`: from the pivot to the point of contact [m]; it turns angular velocity into the
-      speed at the stop. If left out, that of a point mass on a light rod, g / ω_n².
+      speed at the stop. If `None`, that of a point mass on a light rod, g / ω_n².
     - `mass`: effective mass at the point of contact [kg].
     - `dry_friction`: deceleration by Coulomb friction [rad/s²]; left out of the physics if `None`.
     """
 
-    omega_n: AngularFrequency
-    zeta: Ratio
-    length: Length
-    mass: Mass = eqx.field(converter=as_parameter)
-    dry_friction: CoordinateAcceleration | None = eqx.field(converter=as_optional_parameter)
-
-    def __init__(
-        self,
-        omega_n: ArrayLike,
-        zeta: ArrayLike = 0.0,
-        *,
-        length: ArrayLike | None = None,
-        mass: ArrayLike = 1.0,
-        dry_friction: ArrayLike | None = None,
-    ) -> None:
-        self.omega_n = as_parameter(omega_n)
-        self.zeta = as_parameter(zeta)
-        self.length = as_parameter(STANDARD_GRAVITY / self.omega_n**2 if length is None else length)
-        self.mass = as_parameter(mass)
-        self.dry_friction = as_optional_parameter(dry_friction)
+    omega_n: AngularFrequency = eqx.field(
+        converter=as_parameter, metadata=parameter("rad/s", above=0)
+    )
+    zeta: Ratio = eqx.field(
+        converter=as_parameter, metadata=parameter("1", at_least=0), default=0.0
+    )
+    length: Length | None = eqx.field(
+        converter=as_optional_parameter,
+        metadata=parameter("m", above=0, known=True),
+        default=None,
+        kw_only=True,
+    )
+    mass: Mass = eqx.field(
+        converter=as_parameter,
+        metadata=parameter("kg", above=0, known=True),
+        default=1.0,
+        kw_only=True,
+    )
+    dry_friction: CoordinateAcceleration | None = eqx.field(
+        converter=as_optional_parameter,
+        metadata=parameter("rad/s²", at_least=0),
+        default=None,
+        kw_only=True,
+    )
 
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate
@@ -72,17 +69,7 @@ class Pendulum(AbstractOscillator):
         return -2 * self.zeta * self.omega_n * velocity - self.omega_n**2 * jnp.sin(position)
 
     def lever(self) -> Lever:
-        return self.length
+        return STANDARD_GRAVITY / self.omega_n**2 if self.length is None else self.length
 
     def is_angle(self) -> bool:
         return True
-
-    def requirements(self) -> tuple[Requirement, ...]:
-        friction = () if self.dry_friction is None else (self.dry_friction,)
-        return (
-            positive("omega_n", self.omega_n),
-            not_negative("zeta", self.zeta),
-            positive("length", self.length),
-            positive("mass", self.mass),
-            *(not_negative("dry_friction", value) for value in friction),
-        )

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._model.parameter import Requirement, as_parameter, within
+from impactjax._model.parameter import as_parameter, parameter
 from impactjax._types import Ratio, Speed
 
 
@@ -18,10 +18,7 @@ class Restitution(AbstractImpactLaw):
     - `r`: coefficient of restitution [1], from 0 (plastic) to 1 (elastic).
     """
 
-    r: Ratio = eqx.field(converter=as_parameter)
+    r: Ratio = eqx.field(converter=as_parameter, metadata=parameter("1", at_least=0, at_most=1))
 
     def restitution(self, speed: Speed) -> Ratio:
         return jnp.broadcast_to(self.r, jnp.shape(speed))
-
-    def requirements(self) -> tuple[Requirement, ...]:
-        return (within("r", self.r, 0, 1),)

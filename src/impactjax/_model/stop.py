@@ -3,7 +3,12 @@
 import equinox as eqx
 
 from impactjax._model.law import AbstractLaw
-from impactjax._model.parameter import Requirement, as_parameter, finite, raise_if_violated
+from impactjax._model.parameter import (
+    as_parameter,
+    parameter,
+    raise_if_violated,
+    range_requirements,
+)
 from impactjax._types import Coordinate
 
 
@@ -20,11 +25,9 @@ class Stop(eqx.Module):
     """
 
     law: AbstractLaw
-    gap: Coordinate = eqx.field(converter=as_parameter, default=0.0)
-
-    def requirements(self) -> tuple[Requirement, ...]:
-        """What its parameters must satisfy."""
-        return finite("gap", self.gap), *self.law.requirements()
+    gap: Coordinate = eqx.field(
+        converter=as_parameter, metadata=parameter("rad or m", known=True), default=0.0
+    )
 
     def __check_init__(self) -> None:
-        raise_if_violated(self, self.requirements())
+        raise_if_violated(self, range_requirements(self))

@@ -97,7 +97,7 @@ def _root(coefficients: Sequence[Scalar], guess: Scalar) -> tuple[Scalar, Flag]:
         high = jnp.where(value > 0, high, root)
         correction = value / jnp.where(slope == 0, jnp.ones_like(slope), slope)
         newton = root - correction
-        inside = (newton > low) & (newton <= high)
+        inside = (newton >= low) & (newton <= high)
         root = jnp.where(value == 0, root, jnp.where(inside, newton, (low + high) / 2))
     enough = math.sqrt(np.finfo(guess.dtype).eps)
     return root, jnp.abs(correction) <= enough * root

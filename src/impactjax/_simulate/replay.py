@@ -8,6 +8,7 @@ whose values they need, so that derivatives of any order are exact.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import jax
@@ -17,7 +18,7 @@ from jaxtyping import Array
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chatter import Chatter
-from impactjax._simulate.loop import Log, Record
+from impactjax._simulate.loop import Log
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.transition import Context
@@ -38,30 +39,26 @@ class Path(NamedTuple):
     end: State
 
 
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
 def differentiable_path(
-    step: AbstractStep, model: ImpactOscillator, y0: State, t0: Scalar, record: Record
+    step: AbstractStep, model: ImpactOscillator, y0: State, t0: Scalar, log: Log, passes: Array
 ) -> Path:
     """The logged steps of a lane, differentiable with respect to `model`, `y0` and `t0`."""
-    log, passes = record.log, record.passes
+    del step, model, y0, t0, passes
+    return Path(log.t, log.y, log.h, log.end)
 
-    @jax.custom_jvp
-    def path(model: ImpactOscillator, y0: State, t0: Scalar) -> Path:
-        del model, y0, t0
-        return Path(log.t, log.y, log.h, log.end)
 
-    @path.defjvp
-    def _(primals: tuple, tangents: tuple) -> tuple[Path, Path]:
-        model, y0, t0 = primals
-        d_model, d_y0, d_t0 = tangents
-        values = path(model, y0, t0)
+@differentiable_path.defjvp
+def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
+    model, *_, log, passes = primals
+    d_model, d_y0, d_t0, *_ = tangents
+    values = differentiable_path(step, *primals)
 
-        def body(carry: _Carry, row: tuple[Path, Log]) -> tuple[_Carry, Path]:
-            return _push_forward(step, model, d_model, carry, *row)
+    def body(carry: _Carry, row: tuple[Path, Log]) -> tuple[_Carry, Path]:
+        return _push_forward(step, model, d_model, carry, *row)
 
-        _, d_values = _chunked_scan(body, (d_t0, d_y0), (values, log), passes)
-        return values, d_values
-
-    return path(model, y0, t0)
+    _, d_values = _chunked_scan(body, (d_t0, d_y0), (values, log), passes)
+    return values, d_values
 
 
 def _push_forward(

@@ -20,7 +20,7 @@ from impactjax._types import Code, Flag, Scalar
 _SAFETY = 0.9  # of the next step, to be accepted more often
 _SHRINK, _GROW = 0.2, 10.0  # how much one step may differ from the one before
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
-_LOCAL = 0.1  # local error asked for, as a fraction of the tolerance
+_LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
 
 
 class _Memory(NamedTuple):
@@ -62,7 +62,7 @@ class RungeKutta(AbstractStep):
         memory: _Memory,
     ) -> Outcome:
         order = _order(self.solver)
-        guess = _first_guess(automaton, start, tolerance, order)
+        guess = jnp.minimum(_first_guess(automaton, start, tolerance, order), remaining)
         h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), remaining)
         end, error = self._step(automaton, start.t, start.y, start.mode, h)
         ratio = error / (_LOCAL * tolerance)

@@ -10,7 +10,7 @@ from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.parameter import as_parameter
+from impactjax._model.parameter import as_parameter, parameter
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import with_internal
 from impactjax._simulate.chatter import Chatter
@@ -35,8 +35,10 @@ class InitialState(eqx.Module):
     - `velocity`: its rate [rad/s] or [m/s].
     """
 
-    position: Coordinate = eqx.field(converter=as_parameter)
-    velocity: CoordinateRate = eqx.field(converter=as_parameter, default=0.0)
+    position: Coordinate = eqx.field(converter=as_parameter, metadata=parameter("rad or m"))
+    velocity: CoordinateRate = eqx.field(
+        converter=as_parameter, metadata=parameter("rad/s or m/s"), default=0.0
+    )
 
 
 def simulate(
@@ -119,7 +121,7 @@ def _simulate(
     y0 = with_internal(model, initial.position, initial.velocity)
     run = jax.lax.stop_gradient(Run(model, y0, t0, ts, tolerance))
     record = record_steps(step, chatter, max_steps, run)
-    path = differentiable_path(step, model, y0, t0, record)
+    path = differentiable_path(step, model, y0, t0, record.log, record.passes)
     row = step_of_each_sample(record.log, ts)
     state = sample(step, model, path, record.log, ts, row)
     impacts, total = impact_log(model, path, record.log, max_impacts)

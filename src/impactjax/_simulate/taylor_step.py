@@ -18,7 +18,7 @@ from impactjax._types import Scalar
 _LONGEST = 100.0  # how much longer than the step before a step may be
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural step
 _FLIGHTS = 2.0  # a step from the surface is at most as long as this many expected flights
-_SAFETY = 0.1  # local error asked for, as a fraction of the tolerance
+_LAST_TERM = 1.0  # the last term of the series allowed, as a fraction of the tolerance
 
 
 class _Memory(NamedTuple):
@@ -141,7 +141,7 @@ def _longest_accurate(speeds: list[Series], tolerance: Scalar) -> Scalar:
     follows from its rate and needs no test of its own.
     """
     tiny = jnp.finfo(tolerance.dtype).tiny
-    goal = jnp.log(_SAFETY * tolerance)
+    goal = jnp.log(_LAST_TERM * tolerance)
     longest = jnp.full_like(goal, jnp.inf)
     for series in speeds:
         heads = [jnp.log(jnp.abs(series[j]) + tiny) for j in range(3)]

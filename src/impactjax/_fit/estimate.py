@@ -1,0 +1,91 @@
+"""What a fit returns."""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from impactjax._fit.problem import Problem
+from impactjax._fit.system import System, handles, replaced
+from impactjax._fit.verdict import Verdict
+from impactjax._simulate.impact_log import ImpactLog
+from impactjax._types import Scalar
+
+PerParameter = Float[Array, "... parameters"]
+
+
+class Estimate(eqx.Module):
+    """Parameters with their uncertainty, in the order of `names`.
+
+    - `values`, `standard_errors`: in the parameter's own unit. Residuals count as independent.
+    - `low`, `high`: ends of the 95 % interval; a range's end, or infinity, where it is open.
+    - `covariance`: of the values.
+    - `verdicts`: as `Verdict` numbers.
+    - `residuals`: simulated minus recorded, in the recording's SI unit.
+    - `impacts`: the impact log of the fitted system.
+    - `rms`: root of the mean square of the residuals.
+    - `aic`, `bic`: information criteria for normal residuals of unknown size.
+    - `converged`: whether the optimiser came to rest.
+    - `iterations`: evaluations it took.
+    """
+
+    problem: Problem
+    values: PerParameter
+    standard_errors: PerParameter
+    low: PerParameter
+    high: PerParameter
+    covariance: Float[Array, "... parameters parameters"]
+    verdicts: Int[Array, "... parameters"]
+    residuals: Float[Array, "... observations"]
+    impacts: ImpactLog
+    rms: Float[Array, "..."]
+    aic: Float[Array, "..."]
+    bic: Float[Array, "..."]
+    converged: Bool[Array, "..."]
+    iterations: Int[Array, "..."]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that were fitted."""
+        return self.problem.names
+
+    @property
+    def system(self) -> System:
+        """Model, initial state and sensor with the fitted values."""
+        values = [self.values[..., i] for i in range(len(self.names))]
+        return replaced(self.problem.system, self.names, values)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The units of the fitted parameters."""
+        known = handles(self.problem.system)
+        return tuple(known[name].allowed.unit for name in self.names)
+
+    @property
+    def correlation(self) -> Float[Array, "... parameters parameters"]:
+        """Correlation matrix of the values."""
+        scale = self.standard_errors
+        return self.covariance / (scale[..., :, None] * scale[..., None, :])
+
+    def value(self, name: str) -> Scalar:
+        """The value of a fitted parameter by name."""
+        return self.values[..., self.names.index(name)]
+
+    def standard_error(self, name: str) -> Scalar:
+        """The standard error of a fitted parameter by name."""
+        return self.standard_errors[..., self.names.index(name)]
+
+    def verdict(self, name: str) -> Verdict:
+        """What the recording tells about a parameter of a single fit."""
+        if name not in self.names:
+            return Verdict.FIXED
+        return Verdict(int(np.asarray(self.verdicts[self.names.index(name)])))
+
+    def __str__(self) -> str:
+        lines = [
+            f"{name} = {value:.6g} ± {error:.2g} {unit} ({self.verdict(name)})"
+            for name, value, error, unit in zip(
+                self.names, self.values, self.standard_errors, self.units, strict=True
+            )
+        ]
+        state = "converged" if bool(self.converged) else "not converged"
+        return "\n".join([*lines, f"rms residual {float(self.rms):.4g}, {state}"])

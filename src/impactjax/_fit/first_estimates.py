@@ -1,0 +1,189 @@
+"""Where a search starts, read off the recording itself."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy import signal, special
+
+from impactjax._measure.recording import AnyRecording, ImpactTimes
+from impactjax._model.bouncing_ball import BouncingBall
+from impactjax._model.linear_oscillator import LinearOscillator
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.pendulum import Pendulum
+from impactjax._simulate.simulate import InitialState
+
+_PROMINENCE = 6.0  # of an extremum, in sizes of the noise
+_USUAL_RESTITUTION = 0.6
+_CONTACT_SAMPLES = 4  # guess of a contact's duration
+
+
+class FirstEstimates(NamedTuple):
+    """What a recording shows at first sight.
+
+    - `oscillator`: with estimated values.
+    - `initial`: the state at the first sample, or after the first impact of a list.
+    - `speeds`, `restitutions`: of the impacts that could be read off [m/s], [1].
+    - `contact_frequency`: a guess at the natural frequency during contact [rad/s].
+    - `swings_freely`: whether the motion passes through the place of the stop.
+    """
+
+    oscillator: AbstractOscillator
+    initial: InitialState
+    speeds: np.ndarray
+    restitutions: np.ndarray
+    contact_frequency: float
+    swings_freely: bool
+
+    @property
+    def restitution(self) -> float:
+        """A typical coefficient of restitution."""
+        usable = self.restitutions[(self.restitutions > 0.02) & (self.restitutions < 1)]
+        return float(np.median(usable)) if usable.size else _USUAL_RESTITUTION
+
+    @property
+    def restitution_line(self) -> tuple[float, float]:
+        """r0 and α of a straight line through the impacts, r = r0 − α v."""
+        if self.restitutions.size < 3:
+            return self.restitution, 0.0
+        slope, level = np.polyfit(self.speeds, self.restitutions, 1)
+        if not 0.02 < level < 0.98:
+            return self.restitution, 0.0
+        return float(level), float(-slope)
+
+
+def first_estimates(
+    recording: AnyRecording, oscillator: AbstractOscillator, gap: float = 0.0
+) -> FirstEstimates:
+    """First estimates for an oscillator of a given kind, whose known values are kept."""
+    if isinstance(recording, ImpactTimes):
+        return _from_impact_times(recording, oscillator)
+    ts, values = np.asarray(recording.ts), np.asarray(recording.values) + gap
+    smooth, noise = _smoothed(values)
+    initial = _initial(ts, values, noise, gap)
+    contact = np.pi / (_CONTACT_SAMPLES * float(np.median(np.diff(ts))))
+    if smooth.min() < -0.25 * smooth.max():
+        swinging = _swinging(ts, smooth, noise, oscillator)
+        return FirstEstimates(swinging, initial, np.zeros(0), np.zeros(0), contact, True)
+    return _impacting(ts, smooth, noise, oscillator, initial, contact)
+
+
+def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
+    """A smoothed record, and the size of its noise."""
+    if len(values) < 16:
+        return values, 0.0
+    curvature = np.diff(values, 3)
+    noise = float(np.median(np.abs(curvature)) / 0.6745 / np.sqrt(20))
+    return np.asarray(signal.savgol_filter(values, 9, 2)), noise
+
+
+def _initial(ts: np.ndarray, values: np.ndarray, noise: float, gap: float) -> InitialState:
+    """Position and velocity at the first sample, from a parabola through the first few."""
+    count = min(len(ts), max(5, 20 if noise > 0 else 5))
+    slope, level = (
+        np.polynomial.Polynomial.fit(ts[:count] - ts[0], values[:count] - gap, min(2, count - 1))
+        .convert()
+        .coef[[1, 0]]
+    )
+    return InitialState(level, slope)
+
+
+def _swinging(
+    ts: np.ndarray, smooth: np.ndarray, noise: float, oscillator: AbstractOscillator
+) -> AbstractOscillator:
+    """Frequency and damping from the crossings and extremes of a free swing."""
+    crossings = np.flatnonzero(np.diff(np.sign(smooth)) != 0)
+    times, sizes, middles = [], [], []
+    for a, b in pairwise(crossings):
+        peak = a + int(np.argmax(np.abs(smooth[a : b + 1])))
+        if abs(smooth[peak]) > _PROMINENCE * noise and b - a > 2:
+            times.append(ts[b] - ts[a])
+            sizes.append(abs(smooth[peak]))
+            middles.append(ts[peak])
+    if not times:
+        return oscillator
+    omega = float(np.median(_half_period(oscillator, np.array(sizes)) / np.array(times)))
+    rate = -np.polyfit(middles, np.log(sizes), 1)[0] if len(sizes) > 2 else 0.01 * omega
+    zeta = float(np.clip(rate / omega, 1e-4, 0.5))
+    return _with_motion(oscillator, omega, zeta)
+
+
+def _impacting(
+    ts: np.ndarray,
+    smooth: np.ndarray,
+    noise: float,
+    oscillator: AbstractOscillator,
+    initial: InitialState,
+    contact: float,
+) -> FirstEstimates:
+    """Frequency from the flights between impacts, restitution from their successive heights."""
+    prominence = max(_PROMINENCE * noise, 0.02 * float(np.ptp(smooth)))
+    impacts, _ = signal.find_peaks(-smooth, prominence=prominence)
+    bounds = [0, *impacts.tolist(), len(smooth) - 1]
+    heights = np.array([smooth[a : b + 1].max() for a, b in pairwise(bounds)])
+    durations = np.diff(ts[impacts])
+    full = heights[1:-1] if len(heights) > 2 else np.zeros(0)
+    visible = full > _PROMINENCE * noise
+    if visible.any():
+        omega = float(np.median((_half_period(oscillator, full) / durations)[visible]))
+        oscillator = _with_motion(oscillator, omega, 0.003)
+    speeds = _speeds(oscillator, heights)
+    last = len(heights) - (0 if _has_turned(smooth, bounds[-2]) else 1)
+    usable = speeds[:last]
+    ratios = usable[1:] / usable[:-1]
+    return FirstEstimates(oscillator, initial, usable[:-1], ratios, contact, False)
+
+
+def _has_turned(smooth: np.ndarray, begin: int) -> bool:
+    """Whether the last flight of a record reaches its height."""
+    rest = smooth[begin:]
+    return len(rest) > 4 and int(np.argmax(rest)) < len(rest) - 3
+
+
+def _half_period(oscillator: AbstractOscillator, sizes: np.ndarray) -> np.ndarray:
+    """Half a period without damping, times the natural frequency."""
+    if isinstance(oscillator, Pendulum):
+        return 2 * special.ellipk(np.sin(np.minimum(sizes, 3.1) / 2) ** 2)
+    return np.full(len(sizes), np.pi)
+
+
+def _speeds(oscillator: AbstractOscillator, heights: np.ndarray) -> np.ndarray:
+    """Speed at the stop [m/s] of a fall from rest at some distance from it."""
+    heights = np.maximum(heights, 0)
+    lever = float(oscillator.lever())
+    if isinstance(oscillator, BouncingBall):
+        return np.sqrt(2 * float(oscillator.gravity) * heights)
+    if isinstance(oscillator, Pendulum):
+        return lever * 2 * float(oscillator.omega_n) * np.sin(np.minimum(heights, 3.1) / 2)
+    if isinstance(oscillator, LinearOscillator):
+        return lever * float(oscillator.omega_n) * heights
+    return heights
+
+
+def _with_motion(oscillator: AbstractOscillator, omega: float, zeta: float) -> AbstractOscillator:
+    if isinstance(oscillator, Pendulum):
+        return Pendulum(
+            omega,
+            zeta,
+            length=oscillator.length,
+            mass=oscillator.mass,
+            dry_friction=oscillator.dry_friction,
+        )
+    if isinstance(oscillator, LinearOscillator):
+        return LinearOscillator(
+            omega, zeta, mass=oscillator.mass, dry_friction=oscillator.dry_friction
+        )
+    return oscillator
+
+
+def _from_impact_times(recording: ImpactTimes, oscillator: AbstractOscillator) -> FirstEstimates:
+    """Restitution from the flights between impacts under gravity."""
+    if not isinstance(oscillator, BouncingBall):
+        raise ValueError(
+            "A list of impact times needs a bouncing ball: its flights give the speeds."
+        )
+    flights = np.diff(np.asarray(recording.times))
+    speeds = float(oscillator.gravity) * flights / 2
+    ratios = speeds[1:] / speeds[:-1]
+    initial = InitialState(0.0, speeds[0])
+    return FirstEstimates(oscillator, initial, speeds[:-1], ratios, 1e3, False)

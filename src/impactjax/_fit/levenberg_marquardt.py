@@ -1,0 +1,123 @@
+"""Nonlinear least squares by Levenberg and Marquardt, as a function that `jit` and `vmap` take."""
+
+from collections.abc import Callable
+from typing import Generic, NamedTuple, TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from impactjax._types import Flag, Scalar
+
+T = TypeVar("T")
+Vector = Float[Array, " parameters"]
+Matrix = Float[Array, "parameters parameters"]
+
+
+class LevenbergMarquardt(eqx.Module):
+    """The optimiser's settings.
+
+    **Arguments:**
+
+    - `max_iterations`: evaluations of residuals and Jacobian.
+    - `reduction`: relative decrease of the sum of squares below which it has converged.
+    - `damping`: first damping, relative to the curvature.
+    """
+
+    max_iterations: int = eqx.field(default=60, static=True)
+    reduction: float = eqx.field(default=1e-10, static=True)
+    damping: float = eqx.field(default=1e-3, static=True)
+
+
+class Quadratic(NamedTuple, Generic[T]):
+    """The sum of squares around a point, in the optimiser's coordinates."""
+
+    cost: Scalar  # Σ r² / 2
+    gradient: Vector
+    curvature: Matrix  # Gauss-Newton
+    information: Matrix  # the curvature in natural units
+    answer: T  # whatever else was found on the way
+
+
+class Minimum(NamedTuple, Generic[T]):
+    """Where a run ended."""
+
+    u: Vector
+    quadratic: Quadratic[T]
+    converged: Flag
+    iterations: Int[Array, ""]
+
+
+class _State(NamedTuple):
+    best: Minimum
+    damping: Scalar
+    growth: Scalar
+    done: Flag
+
+
+def minimise(
+    settings: LevenbergMarquardt,
+    expand: Callable[[Vector], Quadratic],
+    start: Vector,
+    active: Bool[Array, " parameters"],
+) -> Minimum:
+    """The minimum near `start` over the parameters that are `active`; the others stay.
+
+    A point whose cost is not finite is never accepted.
+    """
+    nothing = jax.tree.map(
+        lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(expand, start)
+    )._replace(cost=jnp.full_like(start[0], jnp.inf))
+    first = _State(
+        Minimum(start, nothing, jnp.zeros((), bool), jnp.int32(0)),
+        jnp.full_like(start[0], settings.damping),
+        jnp.full_like(start[0], 2.0),
+        jnp.zeros((), bool),
+    )
+
+    def unfinished(state: _State) -> Flag:
+        return ~state.done & (state.best.iterations < settings.max_iterations)
+
+    def improve(state: _State) -> _State:
+        best = state.best
+        begins = best.iterations == 0
+        move = jnp.where(begins, 0.0, _move(best.quadratic, state.damping, active))
+        trial = expand(best.u + move)
+        predicted = _predicted(best.quadratic, move)
+        gained = best.quadratic.cost - trial.cost
+        accepted = jnp.isfinite(trial.cost) & (gained > 0)
+        ratio = gained / jnp.where(predicted > 0, predicted, 1.0)
+        easier = jnp.maximum(1 / 3, 1 - (2 * ratio - 1) ** 3)
+        small = settings.reduction * best.quadratic.cost
+        flat = ~begins & (predicted <= small) & (jnp.where(accepted, gained, 0.0) <= small)
+        chosen = jax.tree.map(
+            lambda new, old: jnp.where(accepted, new, old),
+            (best.u + move, trial),
+            (best.u, best.quadratic),
+        )
+        hopeless = begins & ~accepted
+        stuck = hopeless | (state.damping > 1e12)
+        return _State(
+            Minimum(chosen[0], chosen[1], flat | best.converged, best.iterations + 1),
+            state.damping * jnp.where(begins, 1.0, jnp.where(accepted, easier, state.growth)),
+            jnp.where(accepted, 2.0, 2 * state.growth),
+            flat | stuck,
+        )
+
+    return jax.lax.while_loop(unfinished, improve, first).best
+
+
+def _move(quadratic: Quadratic, damping: Scalar, active: Array) -> Vector:
+    diagonal = jnp.diagonal(quadratic.curvature)
+    scale = jnp.where(diagonal > 0, diagonal, 1.0)
+    root = jnp.sqrt(scale)
+    both = active[:, None] & active[None, :]
+    unit = jnp.eye(scale.shape[0], dtype=scale.dtype)
+    scaled = jnp.where(both, quadratic.curvature / (root[:, None] * root[None, :]), unit)
+    gradient = jnp.where(active, quadratic.gradient / root, 0.0)
+    return -jnp.linalg.solve(scaled + damping * unit, gradient) / root
+
+
+def _predicted(quadratic: Quadratic, move: Vector) -> Scalar:
+    return -(quadratic.gradient @ move) - move @ quadratic.curvature @ move / 2

@@ -1,0 +1,49 @@
+"""From where to search."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from impactjax._fit.problem import Problem
+from impactjax._fit.system import handles
+from impactjax._fit.transform import to_unbounded
+
+_CONTACT_SPREAD, _OTHER_SPREAD = 1.0, 0.02
+
+
+class Starts(eqx.Module):
+    """Where searches start: the model's own values, and values scattered around them.
+
+    Parameters of the contact, whose first estimates are the least certain, are scattered by factors
+    up to e, the others by 2 %.
+
+    **Arguments:**
+
+    - `count`: how many searches; the first one starts at the model's own values.
+    - `seed`: of the scatter.
+    """
+
+    count: int = eqx.field(default=16, static=True)
+    seed: int = eqx.field(default=0, static=True)
+
+    def __check_init__(self) -> None:
+        if self.count < 1:
+            raise ValueError(f"Argument `count` must be at least 1, but it is {self.count}.")
+
+    def lanes(self, problem: Problem) -> Float[Array, "lanes parameters"]:
+        """The starts in the optimiser's coordinates."""
+        known = handles(problem.system)
+        key = jax.random.key(self.seed)
+        columns = []
+        for i, name in enumerate(problem.names):
+            value = known[name].get(problem.system)
+            of_contact = "law" in known[name].path
+            spread = _CONTACT_SPREAD if of_contact else _OTHER_SPREAD
+            scatter = jax.random.uniform(
+                jax.random.fold_in(key, i), (self.count,), value.dtype, -spread, spread
+            )
+            values = value * jnp.exp(scatter.at[0].set(0.0))
+            allowed = known[name].allowed
+            columns.append(to_unbounded(allowed, jnp.clip(values, allowed.low, allowed.high)))
+        return jnp.stack(columns, axis=1)

@@ -1,0 +1,66 @@
+"""From a minimum to an estimate: covariance, intervals, criteria."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+from scipy import stats
+
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.levenberg_marquardt import Minimum
+from impactjax._fit.problem import Answer, Problem
+from impactjax._fit.system import handles
+from impactjax._fit.verdict import Verdict
+
+
+@eqx.filter_jit
+def summarise(problem: Problem, minimum: Minimum[Answer]) -> Estimate:
+    """The estimate that a minimum stands for, in the approximation of small errors."""
+    residuals = minimum.quadratic.answer.residuals
+    n, p = residuals.shape[0], len(problem.names)
+    squares = 2 * minimum.quadratic.cost
+    values = problem.values(minimum.u)
+    covariance = squares / (n - p) * _inverse(minimum.quadratic.information)
+    errors = jnp.sqrt(jnp.diagonal(covariance))
+    half = float(stats.t.ppf(0.975, n - p)) * errors
+    known = handles(problem.system)
+    lowest = jnp.array([known[name].allowed.low for name in problem.names], values.dtype)
+    highest = jnp.array([known[name].allowed.high for name in problem.names], values.dtype)
+    low, high = jnp.maximum(values - half, lowest), jnp.minimum(values + half, highest)
+    likelihood = -n / 2 * (jnp.log(2 * np.pi * squares / n) + 1)
+    return Estimate(
+        problem=problem,
+        values=values,
+        standard_errors=errors,
+        low=low,
+        high=high,
+        covariance=covariance,
+        verdicts=verdicts(low > lowest, high < highest),
+        residuals=residuals,
+        impacts=minimum.quadratic.answer.impacts,
+        rms=jnp.sqrt(squares / n),
+        aic=2 * (p + 1) - 2 * likelihood,
+        bic=jnp.log(float(n)) * (p + 1) - 2 * likelihood,
+        converged=minimum.converged,
+        iterations=minimum.iterations,
+    )
+
+
+def verdicts(below: Array, above: Array) -> Array:
+    """Verdicts from whether the parameters are bounded from below and from above."""
+    both = jnp.where(below & above, Verdict.IDENTIFIED, Verdict.ONE_SIDED)
+    return jnp.where(below | above, both, Verdict.NOT_IDENTIFIED).astype(jnp.int32)
+
+
+def _inverse(information: Array) -> Array:
+    """The inverse, scaled first; what carries no information at all gets an infinite variance."""
+    diagonal = jnp.diagonal(information)
+    informative = diagonal > 0
+    scale = jnp.where(informative, jnp.sqrt(jnp.where(informative, diagonal, 1.0)), 1.0)
+    scaled = information / (scale[:, None] * scale[None, :])
+    scaled = jnp.where(informative[:, None] & informative[None, :], scaled, jnp.eye(len(scale)))
+    eigenvalues, vectors = jnp.linalg.eigh(scaled)
+    floor = len(scale) * jnp.finfo(scale.dtype).eps
+    inverse = (vectors / jnp.maximum(eigenvalues, floor)) @ vectors.T
+    inverse = inverse / (scale[:, None] * scale[None, :])
+    return inverse + jnp.diag(jnp.where(informative, 0.0, jnp.inf))

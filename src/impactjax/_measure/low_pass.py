@@ -1,0 +1,92 @@
+"""An analogue low-pass filter before the sampling."""
+
+import abc
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Complex, Float
+
+from impactjax._model.parameter import as_parameter, parameter
+from impactjax._types import Samples
+
+
+class AbstractLowPass(eqx.Module):
+    """A linear filter between the quantity and its samples."""
+
+    @abc.abstractmethod
+    def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
+        """The filter's output at the times `ts`.
+
+        Its input is known there by value and rate. Before the first sample it was a straight line.
+        """
+
+
+class Butterworth(AbstractLowPass):
+    """A Butterworth filter: |H(2π i f)|² = 1 / (1 + (f / cutoff)^(2 order)).
+
+    Its impulse response is a sum of damped exponentials, one a pole; each is carried from sample to
+    sample exactly for an input that is a cubic between samples.
+
+    **Arguments:**
+
+    - `cutoff`: frequency at which the power is halved [Hz].
+    - `order`: number of poles.
+    """
+
+    cutoff: Float[Array, "..."] = eqx.field(
+        converter=as_parameter, metadata=parameter("Hz", above=0, known=True)
+    )
+    order: int = eqx.field(default=2, static=True)
+
+    def __check_init__(self) -> None:
+        if not 1 <= self.order <= 12:
+            raise ValueError(f"Argument `order` must be from 1 to 12, but it is {self.order}.")
+
+    def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
+        total = jnp.zeros_like(values)
+        for pole, residue in _poles_and_residues(self.order):
+            scale = 2 * math.pi * self.cutoff
+            mode = _mode(pole * scale, ts, values, rates)
+            total = total + jnp.real(residue * scale * mode)
+        return total
+
+
+def _poles_and_residues(order: int) -> list[tuple[complex, complex]]:
+    """Poles with Im ≥ 0 of the filter with unit cutoff; conjugates are counted in the residue."""
+    k = np.arange(order)
+    poles = np.exp(1j * np.pi * (2 * k + order + 1) / (2 * order))
+    found = []
+    for pole in poles:
+        if pole.imag < -1e-9:
+            continue
+        others = poles[np.abs(poles - pole) > 1e-9]
+        share = 2.0 if pole.imag > 1e-9 else 1.0
+        found.append((complex(pole), complex(share / np.prod(pole - others))))
+    return found
+
+
+def _mode(
+    pole: Complex[Array, ""], ts: Samples, values: Samples, rates: Samples
+) -> Complex[Array, " samples"]:
+    """∫ exp(pole (t − τ)) x(τ) dτ at the samples, x a cubic in between and a line before."""
+    h = jnp.diff(ts)
+    rise = jnp.diff(values)
+    start, end = rates[:-1] * h, rates[1:] * h
+    cubic = (values[:-1], start, 3 * rise - 2 * start - end, start + end - 2 * rise)
+    decay = jnp.exp(pole * h)
+    moment = (decay - 1) / (pole * h)
+    gain = cubic[0] * moment
+    for power, coefficient in enumerate(cubic[1:], start=1):
+        moment = (power * moment - 1) / (pole * h)
+        gain = gain + coefficient * moment
+    first = -values[0] / pole - rates[0] / pole**2
+    decays = jnp.concatenate([jnp.zeros_like(decay[:1]), decay])
+    gains = jnp.concatenate([first[None], gain * h])
+    return jax.lax.associative_scan(_chain, (decays, gains))[1]
+
+
+def _chain(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    return b[0] * a[0], b[0] * a[1] + b[1]

@@ -1,0 +1,44 @@
+"""What stands between a trajectory and its recording."""
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from impactjax._measure.low_pass import AbstractLowPass
+from impactjax._measure.quantity import AbstractQuantity
+from impactjax._model.parameter import as_parameter, parameter
+from impactjax._simulate.trajectory import Trajectory
+from impactjax._types import Ratio, Samples, Time
+
+
+class Sensor(eqx.Module):
+    """recorded(t) = gain · low_pass[quantity](t − delay) + offset.
+
+    **Arguments:**
+
+    - `gain`: [1].
+    - `offset`: in units of the quantity.
+    - `delay`: of the whole chain beyond the low-pass [s].
+    - `low_pass`: the anti-aliasing filter, if any.
+    """
+
+    gain: Ratio = eqx.field(
+        converter=as_parameter, metadata=parameter("1", known=True), default=1.0
+    )
+    offset: Float[Array, "..."] = eqx.field(
+        converter=as_parameter, metadata=parameter("unit of the quantity", known=True), default=0.0
+    )
+    delay: Time = eqx.field(
+        converter=as_parameter, metadata=parameter("s", known=True), default=0.0
+    )
+    low_pass: AbstractLowPass | None = None
+
+    def shown(self, trajectory: Trajectory, quantity: AbstractQuantity) -> Samples:
+        """What the sensor shows of a trajectory that is sampled `delay` before the recording."""
+        values = quantity.value(trajectory)
+        if self.low_pass is not None:
+            values = self.low_pass.filtered(trajectory.ts, values, quantity.rate(trajectory))
+        return self.gain * values + self.offset
+
+    def sampled(self, ts: Samples) -> Samples:
+        """The times at which the trajectory is to be sampled for a recording at `ts`."""
+        return ts - self.delay
