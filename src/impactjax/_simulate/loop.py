@@ -4,6 +4,7 @@ It works on a batch of lanes itself, so that under `vmap` the pass counter stays
 the log is written a row a pass. It is never differentiated: see `replay.py`.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
 import equinox as eqx
@@ -18,25 +19,21 @@ from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.flow import walls
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
-from impactjax._simulate.transition import Context
-from impactjax._types import Flag, Samples, Scalar
+from impactjax._simulate.transition import Context, Jump
+from impactjax._types import Flag, Scalar
 
 T = TypeVar("T")
 
 
 class Run(eqx.Module):
-    """What a lane is to do: go from the state `y0` at `t0` to the last of the times `ts`."""
+    """What a lane is to do: go from the state `y0` at `t0` to `t1`."""
 
     model: ImpactOscillator
     y0: State
     t0: Scalar
-    ts: Samples
+    t1: Scalar
     tolerance: Scalar
-
-    @property
-    def t1(self) -> Scalar:
-        """The end of the run."""
-        return self.ts[-1]
+    in_order: Flag  # whether the times asked for are
 
 
 class Log(NamedTuple):
@@ -68,6 +65,7 @@ class Record(NamedTuple):
     end: Point
     result: RESULTS
     passes: Array  # of the whole batch: one plain number, whatever the number of lanes
+    chatters: Array  # whether any lane of the batch has a summed chatter; likewise
 
 
 def record_steps(step: AbstractStep, chatter: Chatter, max_steps: int, run: Run) -> Record:
@@ -84,14 +82,18 @@ def record_steps(step: AbstractStep, chatter: Chatter, max_steps: int, run: Run)
             return x.reshape(-1, *x.shape[2:])
 
         record = record_batch(jax.tree.map(merged, runs, batched[0]))
-        lanes = jax.tree.map(
-            lambda x: x.reshape(size, -1, *x.shape[1:]), record._replace(passes=None)
-        )
-        split = lanes._replace(passes=record.passes)
-        return split, jax.tree.map(lambda _: True, split)._replace(passes=False)
+        split = _of_lanes(lambda x: x.reshape(size, -1, *x.shape[1:]), record)
+        everywhere = jax.tree.map(lambda _: True, split)
+        return split, everywhere._replace(passes=False, chatters=False)
 
     record = record_batch(jax.tree.map(lambda x: x[None], run))
-    return jax.tree.map(lambda x: x[0], record._replace(passes=None))._replace(passes=record.passes)
+    return _of_lanes(lambda x: x[0], record)
+
+
+def _of_lanes(change: Callable[[Array], Array], record: Record) -> Record:
+    """A record with what belongs to single lanes changed."""
+    log, end, result = jax.tree.map(change, (record.log, record.end, record.result))
+    return Record(log, end, result, record.passes, record.chatters)
 
 
 def _loop(step: AbstractStep, chatter: Chatter, max_steps: int, runs: Run) -> Record:
@@ -99,22 +101,48 @@ def _loop(step: AbstractStep, chatter: Chatter, max_steps: int, runs: Run) -> Re
     empty = jax.vmap(_row_without_step)(lanes.point)
     log = jax.tree.map(lambda x: jnp.broadcast_to(x, (max_steps, *x.shape)), empty)
 
-    def unfinished(carry: tuple[Lane, Log, Array]) -> Flag:
-        lanes, _, passes = carry
+    def unfinished(carry: tuple[Lane, Log, Array, Array]) -> Flag:
+        lanes, _, passes, _ = carry
         return (passes < max_steps) & ~jnp.all(lanes.done)
 
-    def one_pass(carry: tuple[Lane, Log, Array]) -> tuple[Lane, Log, Array]:
-        lanes, log, passes = carry
-        lanes, rows = jax.vmap(lambda run, lane: _attempt(step, chatter, run, lane))(runs, lanes)
+    def one_pass(carry: tuple[Lane, Log, Array, Array]) -> tuple[Lane, Log, Array, Array]:
+        lanes, log, passes, chatters = carry
+        lanes, rows, chatter_now = _pass(step, chatter, runs, lanes)
         log = jax.tree.map(lambda column, row: column.at[passes].set(row), log, rows)
-        return lanes, log, passes + 1
+        return lanes, log, passes + 1, chatters | chatter_now
 
-    lanes, log, passes = jax.lax.while_loop(unfinished, one_pass, (lanes, log, jnp.int32(0)))
+    start = (lanes, log, jnp.int32(0), jnp.zeros((), bool))
+    lanes, log, passes, chatters = jax.lax.while_loop(unfinished, one_pass, start)
     result = jax.vmap(
         lambda lane: RESULTS.where(lane.done, lane.result, RESULTS.max_steps_reached)
     )(lanes)
     log = jax.tree.map(lambda x: jnp.moveaxis(x, 0, 1), log)
-    return Record(log, lanes.point, result, passes)
+    return Record(log, lanes.point, result, passes, chatters)
+
+
+def _pass(step: AbstractStep, chatter: Chatter, runs: Run, lanes: Lane) -> tuple[Lane, Log, Flag]:
+    """One attempt of every lane; what only few lanes need is left out when none does."""
+    outcomes = jax.vmap(lambda run, lane: _attempt(step, run, lane))(runs, lanes)
+    chatters = jnp.any(lanes.point.mode.phase == Phase.CHATTER)
+    if Automaton(runs.model).rigid_stops():
+        outcomes = jax.lax.cond(
+            chatters,
+            jax.vmap(_unless_chattering),
+            lambda *unchanged: unchanged[2],
+            runs,
+            lanes,
+            outcomes,
+        )
+    arrivals = jax.lax.cond(
+        jnp.any(outcomes.accepted & (outcomes.event != NO_EVENT)),
+        jax.vmap(lambda run, lane, outcome: _arrive(chatter, run, lane, outcome)),
+        jax.vmap(_stay),
+        runs,
+        lanes,
+        outcomes,
+    )
+    lanes, rows = jax.vmap(_proceed)(runs, lanes, outcomes, arrivals)
+    return lanes, rows, chatters
 
 
 def _begin(step: AbstractStep, run: Run) -> Lane:
@@ -124,8 +152,7 @@ def _begin(step: AbstractStep, run: Run) -> Lane:
     floor = 10 * jnp.finfo(span.dtype).eps
     result = RESULTS.where(inside, RESULTS.starts_inside_stop, RESULTS.successful)
     result = RESULTS.where(run.tolerance >= floor, result, RESULTS.tolerance_too_small)
-    ordered = jnp.all(jnp.diff(run.ts) > 0) & (run.t0 <= run.ts[0])
-    result = RESULTS.where(ordered, result, RESULTS.times_out_of_order)
+    result = RESULTS.where(run.in_order, result, RESULTS.times_out_of_order)
     result = RESULTS.where(_all_finite((run.y0, span)), result, RESULTS.non_finite)
     result = RESULTS.where(jnp.all(jnp.stack(held)), result, RESULTS.impossible_parameters)
     point = Point(run.t0, run.y0, start, jnp.int32(NO_EVENT))
@@ -133,20 +160,60 @@ def _begin(step: AbstractStep, run: Run) -> Lane:
     return Lane(point, step.begin(span), jnp.zeros_like(span), result, done)
 
 
-def _attempt(step: AbstractStep, chatter: Chatter, run: Run, lane: Lane) -> tuple[Lane, Log]:
+def _attempt(step: AbstractStep, run: Run, lane: Lane) -> Outcome:
     automaton = Automaton(run.model)
-    point = lane.point
+    remaining = run.t1 - lane.point.t
+    return step.attempt(automaton, lane.point, remaining, run.tolerance, lane.memory)
+
+
+def _unless_chattering(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
+    """The outcome, or the whole of a summed chatter as one step."""
+    automaton, point = Automaton(run.model), lane.point
     remaining = run.t1 - point.t
-    outcome = step.attempt(automaton, point, remaining, run.tolerance, lane.memory)
-    outcome = _unless_chattering(automaton, point, remaining, outcome)
+    left = automaton.time_left(point.t, point.y, point.mode)
+    chattering = point.mode.phase == Phase.CHATTER
+    h = jnp.minimum(left, remaining)
+    event = jnp.int32(NO_EVENT)
+    for index, stop in automaton.rigid_stops():
+        event = jnp.where(point.mode.stop == stop.wall.index, index, event).astype(jnp.int32)
+    closed = Outcome(
+        jnp.ones((), bool),
+        h,
+        automaton.with_chatter(point.t, point.y, point.mode, h, point.y),
+        jnp.where(left <= remaining, event, NO_EVENT).astype(jnp.int32),
+        outcome.memory,
+    )
+    return _choose(chattering, closed, outcome)
+
+
+class _Arrival(NamedTuple):
+    """Where a step leads to, jump included."""
+
+    jump: Jump
+    fastest: Scalar
+
+
+def _arrive(chatter: Chatter, run: Run, lane: Lane, outcome: Outcome) -> _Arrival:
+    point = lane.point
     flies = point.mode.phase == Phase.FLIGHT
     speed = jnp.where(flies & (outcome.event != NO_EVENT), jnp.abs(outcome.y.velocity), 0)
     fastest = jnp.maximum(lane.fastest, speed)
-    last = outcome.accepted & (outcome.h >= remaining)
-    t = jnp.where(last, run.t1, point.t + outcome.h)
-    jump = automaton.jump(
-        outcome.event, t, outcome.y, point.mode, Context(fastest, run.tolerance, chatter)
+    context = Context(fastest, run.tolerance, chatter)
+    jump = Automaton(run.model).jump(
+        outcome.event, point.t + outcome.h, outcome.y, point.mode, context
     )
+    return _Arrival(jump, fastest)
+
+
+def _stay(run: Run, lane: Lane, outcome: Outcome) -> _Arrival:
+    del run
+    return _Arrival(Jump(outcome.y, lane.point.mode, jnp.ones((), bool)), lane.fastest)
+
+
+def _proceed(run: Run, lane: Lane, outcome: Outcome, arrival: _Arrival) -> tuple[Lane, Log]:
+    point, (jump, fastest) = lane.point, arrival
+    last = outcome.accepted & (outcome.h >= run.t1 - point.t)
+    t = jnp.where(last, run.t1, point.t + outcome.h)
     result = _diagnose(run, point, outcome, jump.state, jump.in_range)
     failed = result != RESULTS.successful
     moved = outcome.accepted & ~failed & ~lane.done
@@ -159,29 +226,6 @@ def _attempt(step: AbstractStep, chatter: Chatter, run: Run, lane: Lane) -> tupl
     )
     row = Log(point.t, point.y, point.mode, outcome.h, outcome.y, outcome.event, moved)
     return after, _choose(moved, row, _row_without_step(point))
-
-
-def _unless_chattering(
-    automaton: Automaton, point: Point, remaining: Scalar, outcome: Outcome
-) -> Outcome:
-    """The outcome, or the whole of a summed chatter as one step."""
-    rigid = automaton.rigid_stops()
-    if not rigid:
-        return outcome
-    left = automaton.time_left(point.t, point.y, point.mode)
-    chattering = point.mode.phase == Phase.CHATTER
-    h = jnp.minimum(left, remaining)
-    event = jnp.int32(NO_EVENT)
-    for index, stop in rigid:
-        event = jnp.where(point.mode.stop == stop.wall.index, index, event).astype(jnp.int32)
-    closed = Outcome(
-        jnp.ones((), bool),
-        h,
-        automaton.with_chatter(point.t, point.y, point.mode, h, point.y),
-        jnp.where(left <= remaining, event, NO_EVENT).astype(jnp.int32),
-        outcome.memory,
-    )
-    return _choose(chattering, closed, outcome)
 
 
 def _diagnose(run: Run, point: Point, outcome: Outcome, after: State, in_range: Flag) -> RESULTS:

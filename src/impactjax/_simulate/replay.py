@@ -7,25 +7,22 @@ applied; the saltation matrix is what comes out. The tangents are written with t
 whose values they need, so that derivatives of any order are exact.
 """
 
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array
+from jaxtyping import Array, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chatter import Chatter
-from impactjax._simulate.loop import Log
+from impactjax._simulate.chunks import scan_rows
+from impactjax._simulate.loop import Log, Record
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.transition import Context
-from impactjax._types import Code, Scalar
-
-CHUNK = 32  # rows that are skipped together where no lane took a step
-
+from impactjax._types import Code, Flag, Scalar
 
 _Carry: TypeAlias = tuple[Scalar, State]  # tangents of the next start: time and state
 
@@ -41,23 +38,23 @@ class Path(NamedTuple):
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
 def differentiable_path(
-    step: AbstractStep, model: ImpactOscillator, y0: State, t0: Scalar, log: Log, passes: Array
+    step: AbstractStep, model: ImpactOscillator, y0: State, t0: Scalar, record: Record
 ) -> Path:
     """The logged steps of a lane, differentiable with respect to `model`, `y0` and `t0`."""
-    del step, model, y0, t0, passes
-    return Path(log.t, log.y, log.h, log.end)
+    del step, model, y0, t0
+    return Path(record.log.t, record.log.y, record.log.h, record.log.end)
 
 
 @differentiable_path.defjvp
 def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
-    model, *_, log, passes = primals
-    d_model, d_y0, d_t0, *_ = tangents
+    model, _, _, record = primals
+    d_model, d_y0, d_t0, _ = tangents
     values = differentiable_path(step, *primals)
 
     def body(carry: _Carry, row: tuple[Path, Log]) -> tuple[_Carry, Path]:
-        return _push_forward(step, model, d_model, carry, *row)
+        return _push_forward(step, model, d_model, record.chatters, carry, *row)
 
-    _, d_values = _chunked_scan(body, (d_t0, d_y0), (values, log), passes)
+    _, d_values = scan_rows(body, (d_t0, d_y0), (values, record.log), record.passes)
     return values, d_values
 
 
@@ -65,6 +62,7 @@ def _push_forward(
     step: AbstractStep,
     model: ImpactOscillator,
     d_model: ImpactOscillator,
+    chatters: Flag,
     carry: _Carry,
     values: Path,
     log: Log,
@@ -76,7 +74,9 @@ def _push_forward(
     happens = event != NO_EVENT
 
     def flowed(model: ImpactOscillator, t: Scalar, y: State) -> State:
-        return state_within(step, model, t, y, mode, jax.lax.stop_gradient(h), h)
+        automaton = Automaton(model)
+        expansion = step.expand(automaton, t, y, mode, jax.lax.stop_gradient(h))
+        return state_within(step, automaton, chatters, t, y, mode, expansion, h)
 
     def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
         """Zero at the end of the step: the guard, or what is left of a summed chatter."""
@@ -114,42 +114,24 @@ def _jump(model: ImpactOscillator, event: Code, t: Scalar, end: State, mode: Mod
 
 def state_within(
     step: AbstractStep,
-    model: ImpactOscillator,
+    automaton: Automaton,
+    chatters: Flag,
     t: Scalar,
     y: State,
     mode: Mode,
-    h: Scalar,
+    expansion: PyTree,
     s: Scalar,
 ) -> State:
-    """The state a time `s` after the start of a step of duration `h`."""
-    automaton = Automaton(model)
-    expansion = step.expand(automaton, t, y, mode, h)
-    return automaton.with_chatter(t, y, mode, s, step.evaluate(automaton, mode, expansion, s))
+    """The state a time `s` after the start of an expanded step.
 
-
-def _chunked_scan(
-    body: Callable[[_Carry, tuple[Path, Log]], tuple[_Carry, Path]],
-    carry: _Carry,
-    rows: tuple[Path, Log],
-    passes: Array,
-) -> tuple[_Carry, Path]:
-    """`lax.scan` that leaves out the chunks of rows beyond the last pass."""
-    length = rows[1].h.shape[0]
-    chunks = jax.tree.map(lambda x: x.reshape(length // CHUNK, CHUNK, *x.shape[1:]), rows)
-
-    def skip(carry: _Carry, chunk: tuple[Path, Log]) -> tuple[_Carry, Path]:
-        return carry, jax.tree.map(jnp.zeros_like, chunk[0])
-
-    def chunk_body(carry: _Carry, numbered: tuple[Array, tuple[Path, Log]]) -> tuple[_Carry, Path]:
-        number, chunk = numbered
-        return jax.lax.cond(
-            number * CHUNK < passes,
-            lambda carry, chunk: jax.lax.scan(body, carry, chunk),
-            skip,
-            carry,
-            chunk,
-        )
-
-    numbers = jnp.arange(length // CHUNK, dtype=passes.dtype)
-    carry, out = jax.lax.scan(chunk_body, carry, (numbers, chunks))
-    return carry, jax.tree.map(lambda x: x.reshape(length, *x.shape[2:]), out)
+    `chatters` tells whether any step of the batch may be a summed chatter.
+    """
+    flowed = step.evaluate(automaton, mode, expansion, s)
+    if not automaton.rigid_stops():
+        return flowed
+    return jax.lax.cond(
+        chatters,
+        lambda flowed: automaton.with_chatter(t, y, mode, s, flowed),
+        lambda flowed: flowed,
+        flowed,
+    )

@@ -1,49 +1,113 @@
-"""The state at the user's times, from the steps."""
+"""The state at the user's times, from the steps.
+
+Samples are taken in blocks of consecutive times. Each step that holds samples of a block is paired
+with it and evaluated at all its times at once, without a look-up a sample; each sample then picks
+the pair that it belongs to.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Int, PyTree
+from jaxtyping import Array, Int
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
-from impactjax._simulate.loop import Log
-from impactjax._simulate.replay import Path
-from impactjax._simulate.state import Mode, State
+from impactjax._simulate.chunks import map_rows
+from impactjax._simulate.loop import Log, Record
+from impactjax._simulate.replay import Path, state_within
+from impactjax._simulate.state import State
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Samples, Scalar
 
+_BLOCK = 16  # samples
+_FEW_STEPS = 64  # that many are dealt with at once
 
-def step_of_each_sample(log: Log, ts: Samples) -> Int[Array, " samples"]:
-    """The row of the last step that starts no later than each sample."""
-    count = ts.shape[0]
-    first = jnp.searchsorted(ts, jax.lax.stop_gradient(log.t), side="left")
-    first = jnp.where(log.taken, first, count)
-    number = jnp.arange(log.t.shape[0], dtype=jnp.int32)
-    latest = jax.lax.cummax(jnp.where(log.taken, number, 0))
-    before = jnp.concatenate([jnp.zeros(1, jnp.int32), latest[:-1]])
-    jumps = jnp.zeros(count, jnp.int32).at[first].add(number - before, mode="drop")
-    return jnp.cumsum(jumps)
+
+class _Pairs(NamedTuple):
+    """Which step is evaluated at which block of samples, and where each sample finds its value."""
+
+    step: Int[Array, " pairs"]
+    block: Int[Array, " pairs"]
+    place: Int[Array, " samples"]  # in the flattened values of all pairs
 
 
 def sample(
-    step: AbstractStep,
-    model: ImpactOscillator,
-    path: Path,
-    log: Log,
-    ts: Samples,
-    row: Int[Array, " samples"],
-) -> State:
-    """The state at the times `ts`, each inside the step numbered `row`."""
+    step: AbstractStep, model: ImpactOscillator, path: Path, record: Record, ts: Samples
+) -> tuple[Samples, Samples]:
+    """Position and velocity at the times `ts`."""
     automaton = Automaton(model)
-    expansions = jax.vmap(lambda t, y, mode, h: step.expand(automaton, t, y, mode, h))(
-        path.t, path.y, log.mode, jax.lax.stop_gradient(path.h)
-    )
-    t, y, mode, expansion = jax.tree.map(
-        lambda column: column[row], (path.t, path.y, log.mode, expansions)
+    log = record.log
+    pairs = jax.lax.cond(record.passes > 0, _pairs, _no_pairs, log, ts)
+    blocks = -(-ts.shape[0] // _BLOCK)
+    times = jnp.pad(ts, (0, blocks * _BLOCK - ts.shape[0]), mode="edge").reshape(blocks, _BLOCK)
+    expansions = map_rows(
+        lambda row: step.expand(automaton, row[0].t, row[0].y, row[1].mode, row[1].h),
+        (path, log),
+        record.passes,
+        _FEW_STEPS,
     )
 
-    def at(time: Scalar, t: Scalar, y: State, mode: Mode, expansion: PyTree) -> State:
-        s = time - t
-        return automaton.with_chatter(t, y, mode, s, step.evaluate(automaton, mode, expansion, s))
+    def states(pair: tuple[Array, Array]) -> State:
+        row, block = pair
+        t, y, mode, expansion = jax.tree.map(
+            lambda column: column[row], (path.t, path.y, log.mode, expansions)
+        )
 
-    return jax.vmap(at)(ts, t, y, mode, expansion)
+        def at(s: Scalar) -> State:
+            return state_within(step, automaton, record.chatters, t, y, mode, expansion, s)
+
+        return jax.vmap(at)(times[block] - t)
+
+    def column(part: Callable[[State], Array]) -> Samples:
+        values = map_rows(
+            lambda pair: part(states(pair)),
+            (pairs.step, pairs.block),
+            blocks + record.passes,
+            blocks + _FEW_STEPS,
+        )
+        return values.reshape(-1)[pairs.place]
+
+    # Mapped one by one, so that the compiler can leave out what nobody uses.
+    return column(lambda state: state.position), column(lambda state: state.velocity)
+
+
+def _pairs(log: Log, ts: Samples) -> _Pairs:
+    samples, rows = ts.shape[0], log.t.shape[0]
+    blocks = -(-samples // _BLOCK)
+    count = blocks + rows
+    first = jnp.searchsorted(ts, log.t, side="left").astype(jnp.int32)
+    first = jnp.where(log.taken, first, samples)
+    later = jnp.concatenate([first[1:], jnp.full(1, samples, jnp.int32)])
+    end = jax.lax.cummin(later, reverse=True)
+    begin_block, end_block = first // _BLOCK, (end - 1) // _BLOCK
+    number = jnp.where(end > first, end_block - begin_block + 1, 0)
+    offset = jnp.cumsum(number) - number
+
+    row = _filled(jnp.where(number > 0, offset, count), jnp.arange(rows, dtype=jnp.int32), count)
+    block = begin_block[row] + jnp.arange(count, dtype=jnp.int32) - offset[row]
+    total = offset[-1] + number[-1]
+    exists = jnp.arange(count) < total
+    starts = jnp.where(exists, jnp.maximum(first[row], block * _BLOCK), samples)
+    pair = _filled(starts, jnp.arange(count, dtype=jnp.int32), samples)
+    place = pair * _BLOCK + jnp.arange(samples, dtype=jnp.int32) % _BLOCK
+    return _Pairs(row, jnp.clip(block, 0, blocks - 1), place)
+
+
+def _no_pairs(log: Log, ts: Samples) -> _Pairs:
+    samples, rows = ts.shape[0], log.t.shape[0]
+    none = jnp.zeros(-(-samples // _BLOCK) + rows, jnp.int32)
+    return _Pairs(none, none, jnp.zeros(samples, jnp.int32))
+
+
+def _filled(starts: Array, values: Array, length: int) -> Array:
+    """Each position's value: that of the last start at or before it; starts beyond are left out.
+
+    Starts that are kept increase, and so do their values.
+    """
+    kept = starts < length
+    latest = jax.lax.cummax(jnp.where(kept, values, 0))
+    before = jnp.concatenate([jnp.zeros(1, values.dtype), latest[:-1]])
+    steps = jnp.zeros(length, values.dtype).at[starts].add(values - before, mode="drop")
+    return jnp.cumsum(steps)

@@ -14,11 +14,12 @@ from impactjax._model.parameter import as_parameter, parameter
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import with_internal
 from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.impact_log import impact_log
 from impactjax._simulate.loop import Run, record_steps
 from impactjax._simulate.natural_step import natural_step
-from impactjax._simulate.replay import CHUNK, differentiable_path
-from impactjax._simulate.sample import sample, step_of_each_sample
+from impactjax._simulate.replay import differentiable_path
+from impactjax._simulate.sample import sample
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.trajectory import Stats, Trajectory
 from impactjax._types import Coordinate, CoordinateRate, Samples, Scalar
@@ -119,19 +120,19 @@ def _simulate(
     tolerance: Scalar,
 ) -> Trajectory:
     y0 = with_internal(model, initial.position, initial.velocity)
-    run = jax.lax.stop_gradient(Run(model, y0, t0, ts, tolerance))
+    in_order = jnp.all(jnp.diff(ts) > 0) & (t0 <= ts[0])
+    run = jax.lax.stop_gradient(Run(model, y0, t0, ts[-1], tolerance, in_order))
     record = record_steps(step, chatter, max_steps, run)
-    path = differentiable_path(step, model, y0, t0, record.log, record.passes)
-    row = step_of_each_sample(record.log, ts)
-    state = sample(step, model, path, record.log, ts, row)
+    path = differentiable_path(step, model, y0, t0, record)
+    position, velocity = sample(step, model, path, record, ts)
     impacts, total = impact_log(model, path, record.log, max_impacts)
     full = RESULTS.where(total > max_impacts, RESULTS.max_impacts_reached, RESULTS.successful)
     fine = record.result == RESULTS.successful
     known = ts <= record.end.t
     return Trajectory(
         ts=ts,
-        position=jnp.where(known, state.position, jnp.nan),
-        velocity=jnp.where(known, state.velocity, jnp.nan),
+        position=jnp.where(known, position, jnp.nan),
+        velocity=jnp.where(known, velocity, jnp.nan),
         impacts=impacts,
         result=RESULTS.where(fine, full, record.result),
         stats=Stats(jnp.sum(record.log.taken, dtype=jnp.int32)),

@@ -5,15 +5,15 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import PyTree
+from jaxtyping import Array, PyTree
 
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.crossing import first_crossing, horner
+from impactjax._simulate.crossing import first_crossing, horner, horner_with_slope
 from impactjax._simulate.flow import driven_acceleration
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._simulate.taylor import Series, solution_series
-from impactjax._types import Scalar
+from impactjax._types import Code, Flag, Scalar
 
 _LONGEST = 100.0  # how much longer than the step before a step may be
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural step
@@ -24,6 +24,14 @@ _LAST_TERM = 1.0  # the last term of the series allowed, as a fraction of the to
 class _Memory(NamedTuple):
     unit: Scalar  # [s], the unit of time for the next series: about the length of a step
     cap: Scalar  # [s], at most as long as this
+
+
+class _Expansion(NamedTuple):
+    """The series of a step: the velocity is the derivative of the position."""
+
+    position: Array  # coefficients
+    internal: PyTree  # arrays of coefficients
+    unit: Scalar  # [s]
 
 
 class TaylorStep(AbstractStep):
@@ -37,7 +45,7 @@ class TaylorStep(AbstractStep):
     - `order`: the highest power of time in the position.
     """
 
-    order: int = eqx.field(default=14, static=True)
+    order: int = eqx.field(default=15, static=True)
 
     def __check_init__(self) -> None:
         if self.order < 4:
@@ -55,54 +63,53 @@ class TaylorStep(AbstractStep):
         memory: _Memory,
     ) -> Outcome:
         unit = memory.unit
-        states, drive, guards = self._series(automaton, start, unit)
-        speeds = [_if_free(start.y.velocity, drive, unit), *states[2:]]
+        position, internal, drive, guards = self._series(automaton, start, unit)
+        speeds = [_if_free(start.y.velocity, drive, unit), *internal]
         natural = jnp.minimum(_longest_accurate(speeds, tolerance), _LONGEST) * unit
         natural = jnp.minimum(natural, remaining)
         h = jnp.minimum(natural, memory.cap)
         for guard in guards:
             h = jnp.minimum(h, _FLIGHTS * unit * _flight_time(guard))
-        zeroed = automaton.zeroed(start.arrival)
         settle = h <= _RESOLUTION * natural
-        event, unclear = jnp.int32(NO_EVENT), jnp.zeros((), bool)
-        fraction = jnp.full_like(h, jnp.inf)
-        for index, (guard, is_zero) in enumerate(zip(guards, zeroed, strict=True)):
-            scaled = _rescaled(guard, h / unit)
-            scaled[0] = jnp.where(is_zero, 0.0, scaled[0])
-            crossing = first_crossing(scaled, settle)
-            earlier = crossing.fraction < fraction
-            event = jnp.where(earlier, index, event).astype(jnp.int32)
-            fraction = jnp.where(earlier, crossing.fraction, fraction)
-            unclear = unclear | crossing.unclear
+        scaled = [_rescaled(guard, h / unit) for guard in guards]
+        event, fraction, unclear = _first_event(scaled, automaton.zeroed(start.arrival), settle)
         h = h * jnp.minimum(fraction, 1.0)
-        structure = jax.tree.structure(start.y)
-        end = jax.tree.unflatten(structure, [horner(a, h / unit) for a in states])
+        end = self.evaluate(
+            automaton, start.mode, self._packed(start.y, position, internal, unit), h
+        )
         after = _Memory(natural, jnp.where(unclear, h / 2, jnp.inf))
         return Outcome(~unclear, h, end, event, after)
 
     def expand(
         self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
-    ) -> tuple[PyTree, Scalar]:
+    ) -> _Expansion:
         unit = jnp.where(h > 0, h, 1.0)
         leaves, structure = jax.tree.flatten(y)
 
         def field(t: Scalar, *leaves: Scalar) -> list[Scalar]:
             return jax.tree.leaves(automaton.flow(t, jax.tree.unflatten(structure, leaves), mode))
 
-        states, _ = solution_series(field, t, leaves, self.order, unit)
-        return jax.tree.unflatten(structure, [jnp.stack(a) for a in states]), unit
+        (position, _, *internal), _ = solution_series(field, t, leaves, self.order, unit)
+        return self._packed(y, position, internal, unit)
 
-    def evaluate(
-        self, automaton: Automaton, mode: Mode, expansion: tuple[PyTree, Scalar], s: Scalar
-    ) -> State:
+    def evaluate(self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar) -> State:
         del automaton, mode
-        coefficients, unit = expansion
-        return jax.tree.map(lambda a: horner(list(a), s / unit), coefficients)
+        position, internal, unit = expansion
+        w = s / unit
+        place, slope = horner_with_slope(list(position), w)
+        return State(place, slope / unit, jax.tree.map(lambda a: horner(list(a), w), internal))
+
+    def _packed(
+        self, y: State, position: Series, internal: list[Series], unit: Scalar
+    ) -> _Expansion:
+        structure = jax.tree.structure(y.internal)
+        stacked = jax.tree.unflatten(structure, [jnp.stack(each) for each in internal])
+        return _Expansion(jnp.stack(position), stacked, unit)
 
     def _series(
         self, automaton: Automaton, start: Point, unit: Scalar
-    ) -> tuple[list[Series], Series, list[Series]]:
-        """Series of the state, of the driven acceleration, and of the guards."""
+    ) -> tuple[Series, list[Series], Series, list[Series]]:
+        """Series of position, internal states, driven acceleration, and guards."""
         leaves, structure = jax.tree.flatten(start.y)
 
         def field(t: Scalar, *leaves: Scalar) -> list[Scalar]:
@@ -112,12 +119,32 @@ class TaylorStep(AbstractStep):
             return [*rates, drive, *automaton.guards(t, y, start.mode)]
 
         states, (drive, *guards) = solution_series(field, start.t, leaves, self.order, unit)
-        return states, drive, guards
+        position, _, *internal = states
+        return position, internal, drive, guards
+
+
+def _first_event(
+    guards: list[Series], zeroed: list[Flag], settle: Flag
+) -> tuple[Code, Scalar, Flag]:
+    """The first transition on a step, where it happens as a fraction of it, and any doubt."""
+    event, unclear = jnp.int32(NO_EVENT), jnp.zeros((), bool)
+    fraction = jnp.full_like(guards[0][0], jnp.inf) if guards else jnp.asarray(jnp.inf)
+    for index, (guard, is_zero) in enumerate(zip(guards, zeroed, strict=True)):
+        start = jnp.where(is_zero, 0.0, guard[0])
+        crossing = first_crossing([start, *guard[1:]], settle)
+        earlier = crossing.fraction < fraction
+        event = jnp.where(earlier, index, event).astype(jnp.int32)
+        fraction = jnp.where(earlier, crossing.fraction, fraction)
+        unclear = unclear | crossing.unclear
+    return event, fraction, unclear
 
 
 def _if_free(velocity: Scalar, drive: Series, unit: Scalar) -> Series:
-    """The series of the velocity if nothing held the mass: it bounds the step at rest too."""
-    return [velocity, *(a * (unit / (k + 1)) for k, a in enumerate(drive[:-1]))]
+    """The series of the velocity if nothing held the mass: it bounds the step at rest too.
+
+    One term shorter than that of the position, of which it is the derivative.
+    """
+    return [velocity, *(a * (unit / (k + 1)) for k, a in enumerate(drive[:-2]))]
 
 
 def _flight_time(guard: Series) -> Scalar:

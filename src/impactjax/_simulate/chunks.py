@@ -1,0 +1,68 @@
+"""Rows in chunks, those beyond the last one in use left out.
+
+A chunk stands behind a condition. Where the condition is a plain number under `vmap`, unused chunks
+cost nothing; and what a chunk returns is computed once, however many use it.
+"""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+CHUNK = 32  # the number of rows is a multiple of this
+
+Carry = TypeVar("Carry")
+Row = TypeVar("Row")
+Out = TypeVar("Out")
+
+
+def scan_rows(
+    body: Callable[[Carry, Row], tuple[Carry, Out]], carry: Carry, rows: Row, used: Array
+) -> tuple[Carry, Out]:
+    """`lax.scan` over the first `used` rows; the rest of the output is zero."""
+    return _scan_chunks(
+        lambda carry, chunk: jax.lax.scan(body, carry, chunk), carry, rows, used, CHUNK
+    )
+
+
+def map_rows(function: Callable[[Row], Out], rows: Row, used: Array, size: int) -> Out:
+    """`vmap` over the first `used` rows, `size` at a time; the rest of the output is zero."""
+
+    def chunk_body(nothing: tuple[()], chunk: Row) -> tuple[tuple[()], Out]:
+        return nothing, jax.vmap(function)(chunk)
+
+    return _scan_chunks(chunk_body, (), rows, used, size)[1]
+
+
+def _scan_chunks(
+    chunk_body: Callable[[Carry, Row], tuple[Carry, Out]],
+    carry: Carry,
+    rows: Row,
+    used: Array,
+    size: int,
+) -> tuple[Carry, Out]:
+    length = jax.tree.leaves(rows)[0].shape[0]
+    count = -(-length // size)
+
+    def padded(x: Array) -> Array:
+        return jnp.pad(x, [(0, count * size - length), *[(0, 0)] * (x.ndim - 1)], mode="edge")
+
+    chunks = jax.tree.map(lambda x: padded(x).reshape(count, size, *x.shape[1:]), rows)
+    example = jax.tree.map(lambda x: x[0], chunks)
+    outputs = jax.eval_shape(chunk_body, carry, example)[1]
+
+    def skip(carry: Carry, chunk: Row) -> tuple[Carry, Out]:
+        del chunk
+        return carry, jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), outputs)
+
+    def if_used(carry: Carry, numbered: tuple[Array, Row]) -> tuple[Carry, Out]:
+        number, chunk = numbered
+        return jax.lax.cond(number * size < used, chunk_body, skip, carry, chunk)
+
+    if count == 1:
+        carry, out = if_used(carry, (jnp.zeros_like(used), example))
+        return carry, jax.tree.map(lambda x: x[:length], out)
+    carry, out = jax.lax.scan(if_used, carry, (jnp.arange(count, dtype=used.dtype), chunks))
+    return carry, jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:])[:length], out)
