@@ -58,7 +58,7 @@ def signs(control: Sequence[Scalar]) -> Signs:
             between = (i - 1 + control[i - 1] / drop) / (len(control) - 1)
             guess = jnp.where(falls, between, guess)
         found = found | falls
-        changes = changes + changed
+        changes = changes + changed.astype(jnp.int32)
         first = jnp.where(first == 0, own, first)
         sign = jnp.where(own == 0, sign, own)
     return Signs(first, changes, guess)

@@ -8,7 +8,7 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.flow import driven_acceleration
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.transition import AbstractTransition, Context, Jump
-from impactjax._types import CoordinateAcceleration, Scalar
+from impactjax._types import Code, CoordinateAcceleration, Scalar
 
 
 class DryFriction(AbstractTransition):
@@ -34,7 +34,7 @@ class DryFriction(AbstractTransition):
             after, mode._replace(friction=self.direction(model, t, after, mode)), jnp.ones((), bool)
         )
 
-    def direction(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
+    def direction(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Code:
         """Sign of the sliding velocity that follows from standing still; 0 if friction holds."""
         drive = driven_acceleration(model, t, y, mode)
         slipping = mode.friction == 0

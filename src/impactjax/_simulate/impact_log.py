@@ -61,7 +61,7 @@ def impact_log(
 ) -> tuple[ImpactLog, Int[Array, ""]]:
     """The impacts of a lane, and how many there were."""
     ends = jax.vmap(lambda path, log: _read(model, path, log))(path, log)
-    number = jnp.cumsum(ends.begins) - 1
+    number = jnp.cumsum(ends.begins, dtype=jnp.int32) - 1
     total = number[-1] + 1
     opened = jnp.where(ends.begins, number, max_impacts)
     closed = jnp.where(ends.separates & (number >= 0), number, max_impacts)

@@ -83,15 +83,13 @@ def _pairs(log: Log, ts: Samples) -> _Pairs:
     end = jax.lax.cummin(later, reverse=True)
     begin_block, end_block = first // _BLOCK, (end - 1) // _BLOCK
     number = jnp.where(end > first, end_block - begin_block + 1, 0)
-    offset = jnp.cumsum(number) - number
+    offset = jnp.cumsum(number, dtype=jnp.int32) - number
 
-    row = _filled(jnp.where(number > 0, offset, count), jnp.arange(rows, dtype=jnp.int32), count)
+    row = _latest(jnp.where(number > 0, offset, count), count)
     block = begin_block[row] + jnp.arange(count, dtype=jnp.int32) - offset[row]
-    total = offset[-1] + number[-1]
-    exists = jnp.arange(count) < total
+    exists = jnp.arange(count, dtype=jnp.int32) < offset[-1] + number[-1]
     starts = jnp.where(exists, jnp.maximum(first[row], block * _BLOCK), samples)
-    pair = _filled(starts, jnp.arange(count, dtype=jnp.int32), samples)
-    place = pair * _BLOCK + jnp.arange(samples, dtype=jnp.int32) % _BLOCK
+    place = _latest(starts, samples) * _BLOCK + jnp.arange(samples, dtype=jnp.int32) % _BLOCK
     return _Pairs(row, jnp.clip(block, 0, blocks - 1), place)
 
 
@@ -101,13 +99,13 @@ def _no_pairs(log: Log, ts: Samples) -> _Pairs:
     return _Pairs(none, none, jnp.zeros(samples, jnp.int32))
 
 
-def _filled(starts: Array, values: Array, length: int) -> Array:
-    """Each position's value: that of the last start at or before it; starts beyond are left out.
+def _latest(starts: Array, length: int) -> Array:
+    """At each position, the number of the last start that is not beyond it.
 
-    Starts that are kept increase, and so do their values.
+    Starts at `length` or later are left out; the others increase.
     """
-    kept = starts < length
-    latest = jax.lax.cummax(jnp.where(kept, values, 0))
-    before = jnp.concatenate([jnp.zeros(1, values.dtype), latest[:-1]])
-    steps = jnp.zeros(length, values.dtype).at[starts].add(values - before, mode="drop")
-    return jnp.cumsum(steps)
+    numbers = jnp.arange(starts.shape[0], dtype=jnp.int32)
+    latest = jax.lax.cummax(jnp.where(starts < length, numbers, 0))
+    before = jnp.concatenate([jnp.zeros(1, jnp.int32), latest[:-1]])
+    steps = jnp.zeros(length, jnp.int32).at[starts].add(numbers - before, mode="drop")
+    return jnp.cumsum(steps, dtype=jnp.int32)

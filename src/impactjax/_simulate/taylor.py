@@ -64,7 +64,7 @@ def _read(
     values.update(zip(jaxpr.invars, inputs, strict=True))
 
     def value(atom: Var | Literal) -> Operand:
-        return atom.val if isinstance(atom, Literal) else values[atom]
+        return jnp.asarray(atom.val) if isinstance(atom, Literal) else values[atom]
 
     for equation in jaxpr.eqns:
         outputs = _apply(equation, [value(atom) for atom in equation.invars], program)

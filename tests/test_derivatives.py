@@ -1,0 +1,145 @@
+"""Derivatives through impacts: forward against reverse, closed forms, Richardson differences."""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import impactjax as ij
+from impactjax._simulate import replay
+from reference import ball_impact_time, ball_position, derivative, richardson
+from systems import CASES, STEPS, TIMES, Case
+
+FEW = TIMES[7::14]
+
+
+def outputs(case: Case, step: ij.AbstractStep | None, tolerance: float, parameters):
+    run = ij.simulate(
+        case.model(parameters),
+        case.initial(parameters),
+        FEW,
+        t0=0.0,
+        step=step,
+        tolerance=tolerance,
+        max_steps=512,
+    )
+    log = run.impacts
+    return run.position, run.velocity, log.time, log.approach_speed, log.separation_speed
+
+
+@functools.cache
+def jacobians(name: str, step: str):
+    case = CASES[name]
+    function = functools.partial(outputs, case, STEPS[step], 1e-12)
+    forward = jax.jit(jax.jacfwd(function))(case.parameters)
+    reverse = jax.jit(jax.jacrev(function))(case.parameters)
+    return forward, reverse
+
+
+# Some derivatives vanish or all but cancel (the restitution of Kelvin-Voigt does not depend on
+# omega0), so differences count against the largest logarithmic sensitivity of each output.
+@pytest.mark.parametrize(
+    ("name", "step"), [*((name, "Taylor") for name in CASES), ("pendulum, Kelvin-Voigt", "Dopri8")]
+)
+def test_forward_and_reverse_agree(name, step):
+    size = np.maximum(np.abs(CASES[name].values), 0.1)
+    for forward, reverse in zip(*jacobians(name, step), strict=True):
+        assert np.all(np.isfinite(forward))
+        scale = np.max(np.abs(forward * size))
+        assert np.max(np.abs((forward - reverse) * size)) < 1e-12 * scale
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_derivatives_match_richardson(name):
+    case = CASES[name]
+    exact, _ = jacobians(name, "Taylor")
+    values = jax.jit(functools.partial(outputs, case, STEPS["Taylor"], 1e-14))
+    for i, value in enumerate(case.values):
+        h = 1e-3 * max(abs(value), 0.1)
+
+        def along(x, i=i):
+            return np.concatenate([np.ravel(out) for out in values(case.parameters.at[i].set(x))])
+
+        estimate = richardson(along, value, h)
+        column = np.concatenate([np.ravel(each[..., i]) for each in exact])
+        scale = np.max(np.abs(column))
+        assert np.max(np.abs(column - estimate)) < 1e-8 * scale, case.names[i]
+
+
+def ball_closed_form(time: float, impacts: int):
+    gravity, r, height = 9.81, 0.9, 0.2
+    values = [height, gravity, r]
+    position = [
+        derivative(lambda h, g, r: ball_position(h, g, r, time, impacts), values, i)
+        for i in range(3)
+    ]
+    last = [
+        derivative(lambda h, g, r: ball_impact_time(h, g, r, impacts - 1), values, i)
+        for i in range(3)
+    ]
+    return values, np.array(position), np.array(last)
+
+
+def ball_derivatives(step: ij.AbstractStep | None, time: float, impacts: int):
+    def run(values):
+        height, gravity, r = values
+        model = ij.ImpactOscillator(ij.BouncingBall(gravity), ij.Stop(ij.Restitution(r)))
+        found = ij.simulate(
+            model, ij.InitialState(height), jnp.array([time]), t0=0.0, step=step, tolerance=1e-12
+        )
+        return found.position[0], found.impacts.time[impacts - 1]
+
+    return run
+
+
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_ball_over_five_impacts_matches_the_closed_form(step, mode):
+    values, position, last = ball_closed_form(1.58, 5)
+    found = jax.jit(mode(ball_derivatives(STEPS[step], 1.58, 5)))(jnp.array(values))
+    np.testing.assert_allclose(found[0], position, rtol=1e-10)
+    np.testing.assert_allclose(found[1], last, rtol=1e-10)
+
+
+def test_the_derivative_tests_can_fail(monkeypatch):
+    """Without the event times' own derivatives, the saltation is lost."""
+    values, position, _ = ball_closed_form(1.58, 5)
+    whole = replay._push_forward
+
+    def without_event_times(step, model, d_model, chatters, carry, path, log):
+        (_, d_y), rows = whole(step, model, d_model, chatters, carry, path, log)
+        return (carry[0], d_y), rows._replace(h=jnp.zeros_like(rows.h))
+
+    monkeypatch.setattr(replay, "_push_forward", without_event_times)
+    found = jax.jacfwd(ball_derivatives(ij.TaylorStep(order=9), 1.58, 5))(jnp.array(values))
+    assert np.max(np.abs(found[0] / position - 1)) > 1e-2
+
+
+@pytest.mark.parametrize("name", ["pendulum, restitution", "pendulum, Kelvin-Voigt"])
+def test_second_derivatives_are_exact(name):
+    case = CASES[name]
+    step = ij.TaylorStep(order=12)
+
+    def last_position(parameters):
+        run = ij.simulate(
+            case.model(parameters),
+            case.initial(parameters),
+            FEW[:6],
+            t0=0.0,
+            step=step,
+            tolerance=1e-12,
+            max_steps=128,
+        )
+        return run.position[-1]
+
+    scale = case.parameters
+    hessian = jax.jit(jax.jacfwd(jax.jacfwd(last_position)))(case.parameters)
+    slope = jax.jit(jax.jacfwd(last_position))
+    for i, value in enumerate(case.values):
+        column = richardson(
+            lambda x, i=i: np.asarray(slope(case.parameters.at[i].set(x))), value, 1e-3 * value
+        )
+        found, expected = hessian[:, i] * scale * value, column * scale * value
+        assert np.max(np.abs(found - expected)) < 1e-6 * np.max(np.abs(hessian * scale * value))

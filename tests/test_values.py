@@ -1,0 +1,167 @@
+"""Simulated values against closed forms and against SciPy restarted at each event."""
+
+import functools
+import math
+
+import jax
+import numpy as np
+import pytest
+
+import impactjax as ij
+from reference import ball_impact_time, ball_position, simulate_compliant, simulate_rigid
+from systems import STEPS
+
+OMEGA_N, ZETA, OMEGA0, GAMMA = 13.47, 0.0017, 727.5, 0.18
+TIMES = np.linspace(0.0, 1.4, 281)
+RELEASED = ij.InitialState(math.pi / 4)
+TOLERANCES = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]
+
+
+def free_pendulum(t, y):
+    return np.array([y[1], -2 * ZETA * OMEGA_N * y[1] - OMEGA_N**2 * np.sin(y[0])])
+
+
+def touching_pendulum(t, y):
+    contact = -2 * GAMMA * OMEGA0 * y[1] - OMEGA0**2 * y[0]
+    return free_pendulum(t, y) + np.array([0.0, contact])
+
+
+@functools.cache
+def reference(law: str):
+    start = [math.pi / 4, 0.0]
+    if law == "kelvin-voigt":
+        return simulate_compliant(free_pendulum, touching_pendulum, start, TIMES)
+    length = 0.071
+    restitution = {"restitution": lambda v: 0.6, "linear": lambda v: 0.7 - 0.2 * length * v}[law]
+    return simulate_rigid(free_pendulum, start, TIMES, restitution)
+
+
+PENDULUM = ij.Pendulum(OMEGA_N, ZETA, length=0.071)
+LAWS = {
+    "restitution": ij.Restitution(0.6),
+    "linear": ij.LinearRestitution(0.7, 0.2),
+    "kelvin-voigt": ij.KelvinVoigt(OMEGA0, GAMMA),
+}
+
+
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("law", LAWS)
+def test_pendulum_is_within_ten_tolerances_of_scipy(law, step):
+    model = ij.ImpactOscillator(PENDULUM, ij.Stop(LAWS[law]))
+    known = reference(law)
+    impacts = len(known.impact_times)
+    for tolerance in TOLERANCES if step != "Tsit5" else TOLERANCES[:4]:
+        found = ij.simulate(
+            model, RELEASED, TIMES, step=STEPS[step], tolerance=tolerance, max_steps=2048
+        )
+        assert found.result == ij.RESULTS.successful
+        assert found.impacts.count == impacts
+        scale = math.pi / 4
+        assert np.max(np.abs(found.position - known.position)) < 10 * tolerance * scale
+        assert np.max(np.abs(found.velocity - known.velocity)) < 10 * tolerance * scale * OMEGA0
+        times = found.impacts.time[:impacts]
+        assert np.max(np.abs(times - known.impact_times)) < 10 * tolerance * TIMES[-1]
+        approach = found.impacts.approach_speed[:impacts] / 0.071
+        np.testing.assert_allclose(approach, known.approach, rtol=10 * tolerance)
+        left = len(known.separation)
+        separation = found.impacts.separation_speed[:left] / 0.071
+        np.testing.assert_allclose(separation, known.separation, rtol=10 * tolerance)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_ball_is_exact(step):
+    height, gravity, r = 0.2, 9.81, 0.9
+    model = ij.ImpactOscillator(ij.BouncingBall(gravity), ij.Stop(ij.Restitution(r)))
+    ts = np.linspace(0.0, 1.6, 161)
+    found = ij.simulate(model, ij.InitialState(height), ts, step=STEPS[step], tolerance=1e-12)
+    times = [float(ball_impact_time(height, gravity, r, k)) for k in range(8)]
+    counts = np.searchsorted(times, ts, side="right")
+    expected = [
+        float(ball_position(height, gravity, r, t, n)) for t, n in zip(ts, counts, strict=True)
+    ]
+    np.testing.assert_allclose(found.position, expected, atol=1e-11 * height)
+    count = int(found.impacts.count)
+    np.testing.assert_allclose(found.impacts.time[:count], times[:count], rtol=1e-12)
+
+
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("gamma", [0.0, 0.05, 0.18, 0.7])
+def test_free_mass_on_kelvin_voigt_rebounds_by_the_closed_form(gamma, step):
+    model = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.KelvinVoigt(OMEGA0, gamma)))
+    root = math.sqrt(1 - gamma**2)
+    r, duration = math.exp(-math.pi * gamma / root), math.pi / (OMEGA0 * root)
+    for tolerance in TOLERANCES if step != "Tsit5" else TOLERANCES[:4]:
+        run = ij.simulate(
+            model,
+            ij.InitialState(0.1, -1.0),
+            np.linspace(0.0, 0.2, 11),
+            step=STEPS[step],
+            tolerance=tolerance,
+        )
+        assert run.result == ij.RESULTS.successful
+        assert abs(float(run.impacts.restitution[0]) - r) < 10 * tolerance * r
+        assert abs(float(run.impacts.duration[0]) - duration) < 10 * tolerance * duration
+        assert abs(float(run.impacts.energy_lost[0]) - (1 - r**2) / 2) < 10 * tolerance
+
+
+def test_kelvin_voigt_that_never_pulls_leaves_where_the_force_is_zero():
+    model = ij.ImpactOscillator(
+        ij.FreeMass(), ij.Stop(ij.KelvinVoigt(OMEGA0, GAMMA, ij.AtZeroForce()))
+    )
+    run = ij.simulate(model, ij.InitialState(0.1, -1.0), np.linspace(0.0, 0.2, 11), tolerance=1e-12)
+    # Schwager & Poeschel (2007): the contact ends at omega_d t = pi - arctan(...), sooner than
+    # at zero penetration.
+    root = math.sqrt(1 - GAMMA**2)
+    end = math.pi - math.atan2(2 * GAMMA * root, 2 * GAMMA**2 - 1) + math.pi
+    phase = math.atan2(2 * GAMMA * root, 1 - 2 * GAMMA**2)
+    end = math.pi - phase
+    tau = end / root
+    r = -math.exp(-GAMMA * tau) * (math.cos(end) - GAMMA / root * math.sin(end))
+    assert abs(float(run.impacts.duration[0]) * OMEGA0 - tau) < 1e-10
+    assert abs(float(run.impacts.restitution[0]) - r) < 1e-11
+
+
+def test_dry_friction_sticks_where_the_closed_form_says():
+    # x'' + w^2 x + f sgn x' = 0: each half swing loses 2 f / w^2; it sticks inside f / w^2.
+    omega, friction, start = 5.0, 3.0, 1.0
+    model = ij.ImpactOscillator(ij.LinearOscillator(omega, dry_friction=friction))
+    run = ij.simulate(model, ij.InitialState(start), np.linspace(0, 10, 101), tolerance=1e-12)
+    extreme, loss, swings = start, 2 * friction / omega**2, 0
+    while abs(extreme) > friction / omega**2:
+        extreme = -(extreme - math.copysign(loss, extreme))
+        swings += 1
+    assert run.result == ij.RESULTS.successful
+    np.testing.assert_allclose(run.position[-1], extreme, atol=1e-11)
+    assert run.velocity[-1] == 0
+    after = math.pi / omega * swings
+    assert np.all(np.asarray(run.velocity)[np.linspace(0, 10, 101) > after] == 0)
+
+
+def test_elastic_impacts_keep_the_energy():
+    model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(1.0)))
+    gravity = float(ij.BouncingBall().gravity)
+    run = ij.simulate(
+        model,
+        ij.InitialState(0.1),
+        np.linspace(0.0, 286.0, 11),
+        max_impacts=1024,
+        max_steps=2048,
+    )
+    assert run.result == ij.RESULTS.successful
+    assert run.impacts.count > 1000
+    energy = np.asarray(run.velocity) ** 2 / 2 + gravity * np.asarray(run.position)
+    np.testing.assert_allclose(energy, gravity * 0.1, rtol=1e-10)
+
+
+def test_values_cause_no_retrace():
+    traces = []
+
+    @jax.jit
+    def position(omega_n, r, theta0, tolerance):
+        traces.append(1)
+        model = ij.ImpactOscillator(ij.Pendulum(omega_n), ij.Stop(ij.Restitution(r)))
+        return ij.simulate(model, ij.InitialState(theta0), TIMES, tolerance=tolerance).position
+
+    for i in range(3):
+        position(13.0 + i, 0.5 + 0.1 * i, 0.3, 10.0 ** -(6 + i))
+    assert len(traces) == 1
