@@ -1,7 +1,6 @@
 """Solutions that owe nothing to the package: closed forms, and SciPy restarted at each event."""
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import NamedTuple
 
 import mpmath
@@ -23,8 +22,11 @@ class Reference(NamedTuple):
 
 def _until(flow: Flow, guard: Callable, t: float, y: np.ndarray, t1: float, max_step: float):
     """Dense solution until the guard falls through zero, and where it does."""
-    reached = lambda s, y: guard(s, y)  # noqa: E731
-    reached.terminal, reached.direction = True, -1
+
+    def reached(s: float, y: np.ndarray) -> float:
+        return guard(s, y)
+
+    vars(reached).update(terminal=True, direction=-1)
     run = solve_ivp(
         flow,
         (t, t1),

@@ -49,7 +49,7 @@ CASES: dict[str, Case] = {
         (13.47, 0.0017, 727.5, 0.18, 0.7, 0.1),
     ),
     "pendulum, Kelvin-Voigt that never pulls": Case(
-        lambda p: _pendulum(p, ij.KelvinVoigt(p[2], p[3], ij.AtZeroForce())),
+        lambda p: _pendulum(p, ij.KelvinVoigt(p[2], p[3], separation=ij.AtZeroForce())),
         (*PENDULUM, "omega0", "gamma", *START),
         (13.47, 0.0017, 727.5, 0.18, 0.7, 0.1),
     ),

@@ -106,7 +106,7 @@ def test_free_mass_on_kelvin_voigt_rebounds_by_the_closed_form(gamma, step):
 
 def test_kelvin_voigt_that_never_pulls_leaves_where_the_force_is_zero():
     model = ij.ImpactOscillator(
-        ij.FreeMass(), ij.Stop(ij.KelvinVoigt(OMEGA0, GAMMA, ij.AtZeroForce()))
+        ij.FreeMass(), ij.Stop(ij.KelvinVoigt(OMEGA0, GAMMA, separation=ij.AtZeroForce()))
     )
     run = ij.simulate(model, ij.InitialState(0.1, -1.0), np.linspace(0.0, 0.2, 11), tolerance=1e-12)
     # Schwager & Poeschel (2007): the contact ends at omega_d t = pi - arctan(...), sooner than

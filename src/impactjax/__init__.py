@@ -4,6 +4,26 @@ Simulate free flight and contact, exactly differentiable through every impact; f
 parameters with intervals that keep their promise; learn which of them a record cannot tell.
 """
 
+from impactjax._fit.compare import Fitted as Fitted
+from impactjax._fit.compare import Setup as Setup
+from impactjax._fit.compare import compare as compare
+from impactjax._fit.estimate import Estimate as Estimate
+from impactjax._fit.fit import fit as fit
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt as LevenbergMarquardt
+from impactjax._fit.problem import Simulation as Simulation
+from impactjax._fit.profile import profiled as profiled
+from impactjax._fit.starts import Starts as Starts
+from impactjax._fit.verdict import Verdict as Verdict
+from impactjax._measure.file_error import FileError as FileError
+from impactjax._measure.low_pass import AbstractLowPass as AbstractLowPass
+from impactjax._measure.low_pass import Butterworth as Butterworth
+from impactjax._measure.quantity import AbstractQuantity as AbstractQuantity
+from impactjax._measure.quantity import Angle as Angle
+from impactjax._measure.quantity import Displacement as Displacement
+from impactjax._measure.read_recording import read_recording as read_recording
+from impactjax._measure.recording import ImpactTimes as ImpactTimes
+from impactjax._measure.recording import Recording as Recording
+from impactjax._measure.sensor import Sensor as Sensor
 from impactjax._model.bouncing_ball import BouncingBall as BouncingBall
 from impactjax._model.free_mass import FreeMass as FreeMass
 from impactjax._model.impact_oscillator import ImpactOscillator as ImpactOscillator

@@ -4,7 +4,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy import signal, special
+from scipy import special
 
 from impactjax._measure.recording import AnyRecording, ImpactTimes
 from impactjax._model.bouncing_ball import BouncingBall
@@ -72,6 +72,8 @@ def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
     """A smoothed record, and the size of its noise."""
     if len(values) < 16:
         return values, 0.0
+    from scipy import signal  # half a second that `import impactjax` can do without
+
     curvature = np.diff(values, 3)
     noise = float(np.median(np.abs(curvature)) / 0.6745 / np.sqrt(20))
     return np.asarray(signal.savgol_filter(values, 9, 2)), noise
@@ -117,6 +119,8 @@ def _impacting(
     contact: float,
 ) -> FirstEstimates:
     """Frequency from the flights between impacts, restitution from their successive heights."""
+    from scipy import signal
+
     prominence = max(_PROMINENCE * noise, 0.02 * float(np.ptp(smooth)))
     impacts, _ = signal.find_peaks(-smooth, prominence=prominence)
     bounds = [0, *impacts.tolist(), len(smooth) - 1]

@@ -2,14 +2,12 @@
 
 from collections.abc import Sequence
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
 
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Minimum, minimise
-from impactjax._fit.problem import Answer, Problem, Simulation
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.problem import Problem, Simulation
+from impactjax._fit.search import best_of, search
 from impactjax._fit.starts import Starts
 from impactjax._fit.summary import summarise
 from impactjax._fit.system import Start, System, handles
@@ -18,15 +16,13 @@ from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.simulate import InitialState
 
-Lanes = Float[Array, "lanes parameters"]
-
 
 def fit(
     model: ImpactOscillator,
     recording: AnyRecording,
     *,
     initial: InitialState,
-    sensor: Sensor = Sensor(),
+    sensor: Sensor | None = None,
     fixed: Sequence[str] = (),
     free: Sequence[str] = (),
     starts: Starts = Starts(1),
@@ -44,7 +40,7 @@ def fit(
     - `model`: the system, with starting values.
     - `recording`: what was measured.
     - `initial`: starting values of the state at the first sample or impact.
-    - `sensor`: what stands between motion and recording.
+    - `sensor`: what stands between motion and recording; nothing if left out.
     - `fixed`: names of parameters to leave alone.
     - `free`: names of parameters to fit although they are usually known.
     - `starts`: from where to search.
@@ -53,24 +49,39 @@ def fit(
     **Raises** `ValueError` for a name that the system does not have, and for a recording with fewer
     observations than parameters. A fit that does not converge says so in the estimate.
     """
-    problem = _problem(model, recording, initial, sensor, fixed, free, simulation)
+    problem = pose(
+        model,
+        recording,
+        initial=initial,
+        sensor=sensor,
+        fixed=fixed,
+        free=free,
+        simulation=simulation,
+    )
+    return solve(problem, starts, optimiser)
+
+
+def solve(problem: Problem, starts: Starts, optimiser: LevenbergMarquardt) -> Estimate:
+    """The estimate of the best of several searches."""
     lanes = starts.lanes(problem)
-    active = jnp.ones(lanes.shape, bool)
-    return summarise(problem, best_of(search(problem, optimiser, lanes, active)))
+    minima = search(problem, optimiser, lanes, jnp.ones(lanes.shape, bool))
+    return summarise(problem, best_of(minima))
 
 
-def _problem(
+def pose(
     model: ImpactOscillator,
     recording: AnyRecording,
+    *,
     initial: InitialState,
-    sensor: Sensor,
-    fixed: Sequence[str],
-    free: Sequence[str],
-    simulation: Simulation,
+    sensor: Sensor | None = None,
+    fixed: Sequence[str] = (),
+    free: Sequence[str] = (),
+    simulation: Simulation = Simulation(),
 ) -> Problem:
+    """The problem that `fit` solves; its arguments are those of `fit`."""
     by_times = isinstance(recording, ImpactTimes)
     first = recording.times[0] if isinstance(recording, ImpactTimes) else recording.ts[0]
-    system = System(model, initial, Start(first), sensor)
+    system = System(model, initial, Start(first), Sensor() if sensor is None else sensor)
     known = handles(system)
     for name in (*fixed, *free):
         if name not in known:
@@ -86,22 +97,3 @@ def _problem(
             f"({', '.join(names)}); fix some of them."
         )
     return Problem(system, recording, names, simulation)
-
-
-@eqx.filter_jit
-def search(
-    problem: Problem,
-    optimiser: LevenbergMarquardt,
-    lanes: Lanes,
-    active: Bool[Array, "lanes parameters"],
-) -> Minimum[Answer]:
-    """A minimum from each start; starts are in the optimiser's coordinates."""
-    return jax.vmap(lambda u, on: minimise(optimiser, problem.expand, u, on))(lanes, active)
-
-
-@eqx.filter_jit
-def best_of(minima: Minimum[Answer]) -> Minimum[Answer]:
-    """The lowest of several minima."""
-    cost = minima.quadratic.cost
-    best = jnp.argmin(jnp.where(jnp.isfinite(cost), cost, jnp.inf))
-    return jax.tree.map(lambda x: x[best], minima)

@@ -26,7 +26,7 @@ class LevenbergMarquardt(eqx.Module):
     """
 
     max_iterations: int = eqx.field(default=60, static=True)
-    reduction: float = eqx.field(default=1e-10, static=True)
+    reduction: float = eqx.field(default=1e-8, static=True)
     damping: float = eqx.field(default=1e-3, static=True)
 
 
@@ -61,10 +61,12 @@ def minimise(
     expand: Callable[[Vector], Quadratic],
     start: Vector,
     active: Bool[Array, " parameters"],
+    reach: Vector,
 ) -> Minimum:
     """The minimum near `start` over the parameters that are `active`; the others stay.
 
-    A point whose cost is not finite is never accepted.
+    No parameter moves farther than its `reach` at once, and one that is not felt over its reach
+    stays for the moment. A point whose cost is not finite is never accepted.
     """
     nothing = jax.tree.map(
         lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(expand, start)
@@ -82,7 +84,9 @@ def minimise(
     def improve(state: _State) -> _State:
         best = state.best
         begins = best.iterations == 0
-        move = jnp.where(begins, 0.0, _move(best.quadratic, state.damping, active))
+        felt = jnp.diagonal(best.quadratic.curvature) * reach**2
+        moving = active & (felt > settings.reduction * best.quadratic.cost)
+        move = jnp.where(begins, 0.0, _move(best.quadratic, state.damping, moving, reach))
         trial = expand(best.u + move)
         predicted = _predicted(best.quadratic, move)
         gained = best.quadratic.cost - trial.cost
@@ -108,7 +112,7 @@ def minimise(
     return jax.lax.while_loop(unfinished, improve, first).best
 
 
-def _move(quadratic: Quadratic, damping: Scalar, active: Array) -> Vector:
+def _move(quadratic: Quadratic, damping: Scalar, active: Array, reach: Vector) -> Vector:
     diagonal = jnp.diagonal(quadratic.curvature)
     scale = jnp.where(diagonal > 0, diagonal, 1.0)
     root = jnp.sqrt(scale)
@@ -116,7 +120,8 @@ def _move(quadratic: Quadratic, damping: Scalar, active: Array) -> Vector:
     unit = jnp.eye(scale.shape[0], dtype=scale.dtype)
     scaled = jnp.where(both, quadratic.curvature / (root[:, None] * root[None, :]), unit)
     gradient = jnp.where(active, quadratic.gradient / root, 0.0)
-    return -jnp.linalg.solve(scaled + damping * unit, gradient) / root
+    move = -jnp.linalg.solve(scaled + damping * unit, gradient) / root
+    return move / jnp.maximum(jnp.max(jnp.abs(move) / reach), 1.0)
 
 
 def _predicted(quadratic: Quadratic, move: Vector) -> Scalar:

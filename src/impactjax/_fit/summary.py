@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
-from scipy import stats
+from scipy import special
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.levenberg_marquardt import Minimum
@@ -22,7 +22,7 @@ def summarise(problem: Problem, minimum: Minimum[Answer]) -> Estimate:
     values = problem.values(minimum.u)
     covariance = squares / (n - p) * _inverse(minimum.quadratic.information)
     errors = jnp.sqrt(jnp.diagonal(covariance))
-    half = float(stats.t.ppf(0.975, n - p)) * errors
+    half = float(special.stdtrit(n - p, 0.975)) * errors
     known = handles(problem.system)
     lowest = jnp.array([known[name].allowed.low for name in problem.names], values.dtype)
     highest = jnp.array([known[name].allowed.high for name in problem.names], values.dtype)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
+from jaxtyping import ArrayLike
 
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
@@ -70,7 +71,7 @@ def handles(system: System) -> dict[str, Handle]:
     return found
 
 
-def replaced(system: System, names: Sequence[str], values: Sequence[Scalar]) -> System:
+def replaced(system: System, names: Sequence[str], values: Sequence[ArrayLike]) -> System:
     """The system with some parameters set."""
     known = handles(system)
     return eqx.tree_at(

@@ -34,3 +34,8 @@ def to_range(allowed: Range, u: Values) -> Values:
         beyond = jnp.sqrt(u**2 + 1) - 1
         return low + beyond if high == math.inf else high - beyond
     return low + (high - low) / 2 * (jnp.sin(u) + 1)
+
+
+def farthest_move(allowed: Range) -> float:
+    """How far the unbounded number may move at once, so as not to get lost far out."""
+    return math.inf if allowed.low == -math.inf and allowed.high == math.inf else 1.0

@@ -30,7 +30,7 @@ class KelvinVoigt(AbstractForceLaw):
         converter=as_parameter, metadata=parameter("rad/s", above=0)
     )
     gamma: Ratio = eqx.field(converter=as_parameter, metadata=parameter("1", at_least=0))
-    separation: AbstractSeparation = AtZeroPenetration()
+    separation: AbstractSeparation = eqx.field(default=AtZeroPenetration(), kw_only=True)
 
     @staticmethod
     def from_restitution(omega0: ArrayLike, r: ArrayLike) -> "KelvinVoigt":

@@ -1,0 +1,5 @@
+"""`python -m impactjax` is the command `impactjax`."""
+
+from impactjax._cli.main import main
+
+main()

@@ -1,0 +1,156 @@
+"""`impactjax fit`."""
+
+import json
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from impactjax._cli.refusal import Refusal, check_names
+from impactjax._cli.setup import laws_of, setup_of
+from impactjax._fit.compare import Fitted, compare
+from impactjax._fit.laws import LAWS, NO_LAW
+from impactjax._fit.oscillators import OSCILLATORS
+from impactjax._measure.file_error import FileError
+from impactjax._measure.read_recording import File, read_recording
+from impactjax._report.document import document
+from impactjax._report.page import page
+from impactjax._report.units import interval, shown_unit, with_error
+from impactjax._report.words import sentences
+
+_WIDTH = 120  # of a table that is not on a terminal
+
+_LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be given several times."
+
+
+def fit_command(
+    recordings: Annotated[
+        list[Path], typer.Argument(metavar="RECORDING...", help="CSV file, or several.")
+    ],
+    laws: Annotated[list[str] | None, typer.Option("--law", metavar="NAME", help=_LAW_HELP)] = None,
+    system: Annotated[
+        str | None,
+        typer.Option("--system", metavar="NAME", help=f"What moves: {', '.join(OSCILLATORS)}."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Where to write fit.json and report.html."),
+    ] = None,
+    sidecar: Annotated[
+        Path | None,
+        typer.Option("--sidecar", metavar="FILE", help="TOML file to use instead of NAME.toml."),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the scattered starts.")] = 0,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files in DIR.")] = False,
+) -> None:
+    r"""Fit contact laws to a recording, with 95 % intervals and verdicts.
+
+    The file has a header that names quantity and unit, "time [s], angle [deg]", or is a list of
+    "impact time [s]". A file NAME.toml beside NAME.csv may say what is known of the experiment.
+    Without --law, all laws are compared; without --system, it follows from the quantity.
+
+    \b
+    Examples:
+      impactjax fit swing.csv
+      impactjax fit swing.csv --law kelvin-voigt --law restitution --out results
+      impactjax fit bounces.csv --system bouncing-ball --law restitution
+    """
+    try:
+        check_names(laws or [], system)
+        targets = _targets(out, force)
+        files = [read_recording(path, sidecar) for path in recordings]
+        fits = _fitted(files, laws, system, seed)
+    except (FileError, Refusal) as error:
+        typer.echo(f"impactjax: {error}", err=True)
+        raise typer.Exit(2) from error
+    for name in dict.fromkeys(name for name, _ in fits):
+        _print(name, [fitted for own, fitted in fits if own == name])
+    if targets is not None:
+        json_path, page_path = targets
+        json_path.parent.mkdir(parents=True, exist_ok=True)
+        command = shlex.join(["impactjax", *sys.argv[1:]])
+        json_path.write_text(json.dumps(document(fits, seed), indent=2) + "\n", encoding="utf-8")
+        page_path.write_text(page(fits, command, seed), encoding="utf-8")
+        typer.echo(f"Written: {json_path}, {page_path}")
+
+
+def _targets(out: Path | None, force: bool) -> tuple[Path, Path] | None:
+    """The files to write, none of which may exist."""
+    if out is None:
+        return None
+    if out.exists() and not out.is_dir():
+        raise Refusal(f"{out} is a file; give a folder to --out.")
+    targets = out / "fit.json", out / "report.html"
+    for target in targets:
+        if target.exists() and not force:
+            raise Refusal(f"{target} exists; use --force to overwrite it, or another --out.")
+    return targets
+
+
+def _fitted(
+    files: Sequence[File], laws: Sequence[str] | None, system: str | None, seed: int
+) -> list[tuple[str, Fitted]]:
+    fits = []
+    console = Console(stderr=True)
+    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("reading", total=None)
+        for file in files:
+            setup = setup_of(file, system)
+
+            def tell(what: str, file: File = file) -> None:
+                bar.update(task, description=f"{file.path.name}: {what}")
+
+            chosen = laws_of(file, setup, laws)
+            try:
+                found = compare(file.recording, setup, chosen, seed=seed, tell=tell)
+            except ValueError as error:
+                raise FileError(file.path, None, str(error).rstrip("."), "see --help") from error
+            fits += [(str(file.path), fitted) for fitted in found]
+    return fits
+
+
+def _print(name: str, fits: Sequence[Fitted]) -> None:
+    console = Console()
+    if not console.is_terminal:
+        console.width = _WIDTH
+    unit, factor = shown_unit(fits[0].estimate.problem.recording)
+    table = Table(title=name, title_justify="left", title_style="bold")
+    for heading in (
+        "law",
+        "rms",
+        "parameter",
+        "value ± standard error",
+        "95 % interval",
+        "verdict",
+    ):
+        table.add_column(heading, no_wrap=True)
+    for fitted in fits:
+        estimate = fitted.estimate
+        law = f"{fitted.law} + dry friction" if fitted.dry_friction else fitted.law
+        rms = f"{float(estimate.rms) * factor:.4g} {unit}"
+        for i, parameter in enumerate(estimate.names):
+            error = float(estimate.standard_errors[i])
+            value = with_error(float(estimate.values[i]), error)
+            own = "" if estimate.units[i] == "1" else f" {estimate.units[i]}"
+            table.add_row(
+                law if i == 0 else "",
+                rms if i == 0 else "",
+                parameter,
+                value + own,
+                interval(float(estimate.low[i]), float(estimate.high[i]), error),
+                str(estimate.verdict(parameter)),
+                end_section=i == len(estimate.names) - 1,
+            )
+    console.print(table)
+    for sentence in sentences(fits):
+        console.print(f"- {sentence}", highlight=False, markup=False)
+    console.print()

@@ -1,0 +1,43 @@
+"""The command `impactjax`."""
+
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from impactjax._cli.environment import prepare
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="What an impact is made of: contact parameters from a recording, with honest errors.",
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"impactjax {version('impactjax')}")
+        raise typer.Exit
+
+
+_VERSION = typer.Option(
+    "--version", callback=_print_version, is_eager=True, help="Say the version."
+)
+
+
+@app.callback()
+def _common(version: Annotated[bool, _VERSION] = False) -> None:
+    del version
+
+
+def main() -> None:
+    """Entry point of the command."""
+    prepare()
+    from impactjax._cli.fit import fit_command
+    from impactjax._cli.simulate import simulate_command
+
+    app.command("fit")(fit_command)
+    app.command("simulate")(simulate_command)
+    app()

@@ -1,0 +1,140 @@
+"""`impactjax simulate`."""
+
+import re
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import jax.numpy as jnp
+import numpy as np
+import typer
+
+from impactjax._cli.refusal import Refusal, check_names
+from impactjax._fit.first_estimates import FirstEstimates
+from impactjax._fit.laws import LAWS, NO_LAW
+from impactjax._fit.oscillators import OSCILLATORS
+from impactjax._fit.system import Start, System, handles, replaced
+from impactjax._measure.quantity import Angle, Displacement
+from impactjax._measure.sensor import Sensor
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.stop import Stop
+from impactjax._results import RESULTS
+from impactjax._simulate.simulate import InitialState, simulate
+from impactjax._simulate.trajectory import Trajectory
+
+_TYPICAL_CONTACT = 700.0  # [rad/s]
+
+
+def simulate_command(
+    law: Annotated[
+        str, typer.Option("--law", metavar="NAME", help=f"{NO_LAW}, {', '.join(LAWS)}.")
+    ] = "restitution",
+    system: Annotated[
+        str, typer.Option("--system", metavar="NAME", help=", ".join(OSCILLATORS) + ".")
+    ] = "pendulum",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A parameter, in SI units or as in theta0=45deg. May be given several times.",
+        ),
+    ] = None,
+    duration: Annotated[float, typer.Option("--duration", metavar="S", help="In seconds.")] = 1.4,
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Samples a second.")] = 1000.0,
+    noise: Annotated[
+        float, typer.Option("--noise", metavar="X", help="Of the samples, in deg or mm.")
+    ] = 0.0,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the noise.")] = 0,
+    impacts: Annotated[
+        bool, typer.Option("--impacts", help="Write the impact log instead of the samples.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Instead of the standard output.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
+) -> None:
+    r"""Simulate a system and write its motion as a recording that `fit` reads.
+
+    \b
+    Examples:
+      impactjax simulate --law kelvin-voigt --set omega0=727 --set gamma=0.18 --noise 0.2
+      impactjax simulate --system bouncing-ball --set r=0.9 --set x0=200mm --impacts
+    """
+    try:
+        check_names([law], system)
+        if not (duration > 0 and rate > 0 and duration * rate >= 1):
+            raise Refusal("--duration and --rate must give at least one sample after the first.")
+        if out is not None and out.exists() and not force:
+            raise Refusal(f"{out} exists; use --force to overwrite it.")
+        built = _system(law, system, settings or [])
+        ts = np.arange(round(duration * rate) + 1) / rate
+        run = simulate(built.model, built.initial, ts, max_steps=16384, max_impacts=4096)
+        if run.result != RESULTS.successful:
+            raise Refusal(str(RESULTS[run.result]))
+    except (Refusal, ValueError) as error:
+        typer.echo(f"impactjax: {error}", err=True)
+        raise typer.Exit(2) from error
+    text = _impact_rows(run) if impacts else _sample_rows(built, run, noise, seed)
+    if out is None:
+        sys.stdout.write(text)
+    else:
+        out.write_text(text, encoding="utf-8")
+
+
+def _system(law: str, oscillator: str, settings: list[str]) -> System:
+    """The system with typical values, and those that were set."""
+    moving = OSCILLATORS[oscillator]({}, any(each.startswith("dry_friction=") for each in settings))
+    angle = moving.is_angle()
+    initial = InitialState(np.pi / 4 if angle else 0.1)
+    seen = FirstEstimates(moving, initial, np.zeros(0), np.zeros(0), _TYPICAL_CONTACT, False)
+    stop = None if law == NO_LAW else Stop(LAWS[law](seen))
+    system = System(ImpactOscillator(moving, stop), initial, Start(jnp.zeros(())), Sensor())
+    known = handles(system)
+    values = dict(_setting(text, list(known)) for text in settings)
+    changed = replaced(system, tuple(values), tuple(values.values())) if values else system
+    for requirement in changed.model.requirements():
+        if not bool(requirement.holds):
+            raise Refusal(f"{requirement.sentence}.")
+    return changed
+
+
+def _setting(text: str, known: list[str]) -> tuple[str, float]:
+    """A name and a value in SI units from NAME=VALUE."""
+    match = re.fullmatch(r"(\w+)=([-+.\deE]+)\s*(\D*)", text)
+    if match is None:
+        raise Refusal(f"`{text}` is not NAME=VALUE with a number.")
+    name, number, unit = match.groups()
+    if name not in known:
+        raise Refusal(f"there is no parameter `{name}`; there are {', '.join(known)}.")
+    factors = {"": 1.0, **Displacement.units, **Angle.units, "ms": 1e-3, "s": 1.0}
+    if unit not in factors:
+        raise Refusal(f"unknown unit `{unit}` in `{text}`; use one of {', '.join(factors)[2:]}.")
+    try:
+        return name, float(number) * factors[unit]
+    except ValueError as error:
+        raise Refusal(f"`{number}` in `{text}` is not a number.") from error
+
+
+def _sample_rows(system: System, run: Trajectory, noise: float, seed: int) -> str:
+    angle = system.model.oscillator.is_angle()
+    factor, column = (180 / np.pi, "angle [deg]") if angle else (1e3, "displacement [mm]")
+    values = np.asarray(run.position) * factor
+    values = values + noise * np.random.default_rng(seed).standard_normal(len(values))
+    rows = [f"{t:.9g}, {x:.9g}" for t, x in zip(np.asarray(run.ts), values, strict=True)]
+    return "\n".join([f"time [s], {column}", *rows]) + "\n"
+
+
+def _impact_rows(run: Trajectory) -> str:
+    log = run.impacts
+    columns = {
+        "impact time [s]": log.time,
+        "approach speed [m/s]": log.approach_speed,
+        "separation speed [m/s]": log.separation_speed,
+        "restitution [1]": log.restitution,
+        "duration [s]": log.duration,
+        "energy lost [J]": log.energy_lost,
+    }
+    values = np.stack([np.asarray(column) for column in columns.values()], axis=1)
+    rows = [", ".join(f"{x:.9g}" for x in row) for row in values[: int(log.count)]]
+    return "\n".join([", ".join(columns), *rows]) + "\n"

@@ -1,0 +1,104 @@
+"""All laws on one recording, from first estimates to verdicts."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.first_estimates import first_estimates
+from impactjax._fit.fit import pose, solve
+from impactjax._fit.laws import LAWS, NO_LAW
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.oscillators import OSCILLATORS
+from impactjax._fit.problem import Problem
+from impactjax._fit.profile import profiled
+from impactjax._fit.starts import Starts
+from impactjax._fit.system import handles, replaced
+from impactjax._measure.recording import AnyRecording, ImpactTimes
+from impactjax._measure.sensor import Sensor
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.stop import Stop
+
+
+class Setup(NamedTuple):
+    """What is known about an experiment beside its recording.
+
+    - `oscillator`: one of the names in `OSCILLATORS`.
+    - `dry_friction`: whether the oscillator has dry friction; `None` compares both in free flight.
+    - `fixed`: parameters that are known, by name.
+    - `start`: better starting values than the first estimates, by name.
+    - `sensor`: what stands between motion and recording, if anything.
+    """
+
+    oscillator: str
+    dry_friction: bool | None = None
+    fixed: Mapping[str, float] = {}
+    start: Mapping[str, float] = {}
+    sensor: Sensor | None = None
+
+
+class Fitted(NamedTuple):
+    """One law fitted to one recording."""
+
+    law: str
+    dry_friction: bool
+    estimate: Estimate
+    seconds: float
+
+
+def laws_for(recording: AnyRecording, setup: Setup) -> list[str]:
+    """The laws to try where none was asked for: none at all if the motion is free."""
+    if isinstance(recording, ImpactTimes):
+        return list(LAWS)
+    oscillator = OSCILLATORS[setup.oscillator](setup.fixed, False)
+    seen = first_estimates(recording, oscillator, setup.fixed.get("gap", 0.0))
+    return [NO_LAW] if seen.swings_freely else list(LAWS)
+
+
+def compare(
+    recording: AnyRecording,
+    setup: Setup,
+    laws: Sequence[str],
+    *,
+    seed: int = 0,
+    tell: Callable[[str], None] = lambda _: None,
+) -> list[Fitted]:
+    """Each law fitted from first estimates, the best first by Akaike's criterion.
+
+    **Arguments:**
+
+    - `recording`: what was measured.
+    - `setup`: what is known beside it.
+    - `laws`: names from `LAWS`, or "none" for free flight.
+    - `seed`: of the scattered starts.
+    - `tell`: is told what begins.
+    """
+    fits = []
+    for law in laws:
+        both = law == NO_LAW and setup.dry_friction is None and _may_have_friction(setup)
+        for dry in (False, True) if both else (bool(setup.dry_friction),):
+            tell(f"{law}, with dry friction" if dry else law)
+            begin = time.perf_counter()
+            problem = _problem(recording, setup, law, dry)
+            starts = Starts(16, seed)
+            optimiser = LevenbergMarquardt()
+            estimate = profiled(solve(problem, starts, optimiser), optimiser, starts.count)
+            fits.append(Fitted(law, dry, estimate, time.perf_counter() - begin))
+    return sorted(fits, key=lambda fitted: float(fitted.estimate.aic))
+
+
+def _may_have_friction(setup: Setup) -> bool:
+    return setup.oscillator in ("pendulum", "linear-oscillator")
+
+
+def _problem(recording: AnyRecording, setup: Setup, law: str, dry: bool) -> Problem:
+    oscillator = OSCILLATORS[setup.oscillator](setup.fixed, dry)
+    seen = first_estimates(recording, oscillator, setup.fixed.get("gap", 0.0))
+    stop = None if law == NO_LAW else Stop(LAWS[law](seen))
+    model = ImpactOscillator(seen.oscillator, stop)
+    posed = pose(model, recording, initial=seen.initial, sensor=setup.sensor)
+    known = handles(posed.system)
+    given = {name: value for name, value in {**setup.start, **setup.fixed}.items() if name in known}
+    system = replaced(posed.system, tuple(given), tuple(given.values())) if given else posed.system
+    names = tuple(name for name in posed.names if name not in setup.fixed)
+    return Problem(system, recording, names)

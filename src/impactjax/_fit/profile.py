@@ -1,0 +1,175 @@
+"""From which sides a recording bounds each parameter, by refits with that parameter held."""
+
+import dataclasses
+import math
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from scipy import special
+
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.search import search
+from impactjax._fit.system import handles
+from impactjax._fit.transform import to_unbounded
+from impactjax._fit.verdict import Verdict
+from impactjax._model.parameter import Range
+
+_FIRST, _GROWTH, _FARTHEST = 2.0, 4.0, 200.0  # distances of the held values, in standard errors
+_ROUNDS = 10
+_NEAR = 0.02  # of the limit: the end of the interval is found
+
+
+def profiled(
+    estimate: Estimate, optimiser: LevenbergMarquardt = LevenbergMarquardt(), lanes: int = 16
+) -> Estimate:
+    """The estimate with intervals and verdicts from the profile of the sum of squares.
+
+    Each parameter is held at values on both sides of its estimate while the others are fitted
+    again. A side bounds it if the sum of squares rises there by more than a 95 % interval allows;
+    the end of the interval is where it does.
+
+    **Arguments:**
+
+    - `estimate`: of a single fit.
+    - `optimiser`: for the refits.
+    - `lanes`: how many refits run at once.
+    """
+    ranges = [handles(estimate.problem.system)[name].allowed for name in estimate.names]
+    walks = [_begin(estimate, ranges, j, side) for j in range(len(ranges)) for side in (-1, 1)]
+    for _ in range(_ROUNDS):
+        going = [walk for walk in walks if not walk.done]
+        if not going:
+            break
+        held = [walk.next_value() for walk in going]
+        rises = _rises(estimate, optimiser, ranges, going, held, lanes)
+        for walk, rise in zip(going, rises, strict=True):
+            walk.learn(float(rise))
+    below, above = walks[::2], walks[1::2]
+    low = [walk.end(allowed.low) for walk, allowed in zip(below, ranges, strict=True)]
+    high = [walk.end(allowed.high) for walk, allowed in zip(above, ranges, strict=True)]
+    kinds = (Verdict.NOT_IDENTIFIED, Verdict.ONE_SIDED, Verdict.IDENTIFIED)
+    verdicts = [kinds[a.bounded + b.bounded] for a, b in zip(below, above, strict=True)]
+    return eqx.tree_at(
+        lambda each: (each.low, each.high, each.verdicts),
+        estimate,
+        (jnp.asarray(low), jnp.asarray(high), jnp.asarray(verdicts, jnp.int32)),
+    )
+
+
+@dataclasses.dataclass
+class _Walk:
+    """The way outwards from an estimate on one side of one parameter.
+
+    Distances are in standard errors, or, for a positive parameter whose error exceeds half of it,
+    in natural logarithms.
+    """
+
+    parameter: int
+    side: int
+    centre: float
+    unit: float
+    logarithmic: bool
+    farthest: float  # distance to the end of the range
+    limit: float  # of the rise
+    inner: tuple[float, float] = (0.0, 0.0)  # distance and rise, within the interval
+    outer: tuple[float, float] | None = None  # beyond it
+    distance: float = 0.0
+    done: bool = False
+    bounded: bool = False
+
+    def value(self, distance: float) -> float:
+        """The parameter at a distance."""
+        if self.logarithmic:
+            return self.centre * math.exp(self.side * distance)
+        return self.centre + self.side * distance * self.unit
+
+    def next_value(self) -> float:
+        """The value to hold next: farther out, or between the two sides of the limit."""
+        if self.outer is None:
+            ahead = _FIRST if self.inner[0] == 0 else _GROWTH * self.inner[0]
+            self.distance = min(ahead, self.farthest)
+        else:
+            (a, low), (b, high) = self.inner, self.outer
+            share = (self.limit - low) / (high - low)
+            self.distance = a + float(np.clip(share, 0.1, 0.9)) * (b - a)
+        return self.value(self.distance)
+
+    def learn(self, rise: float) -> None:
+        """Takes in the rise at the value that was held; NaN where nothing could be simulated."""
+        at_limit = abs(rise - self.limit) < _NEAR * self.limit
+        if rise >= self.limit or at_limit:
+            self.outer, self.bounded = (self.distance, rise), True
+        elif rise < self.limit:
+            self.inner = (self.distance, rise)
+        far = self.distance >= min(self.farthest, _FARTHEST)
+        self.done = at_limit or math.isnan(rise) or (self.outer is None and far)
+
+    def end(self, beyond: float) -> float:
+        """The end of the interval."""
+        if not self.bounded:
+            return beyond
+        assert self.outer is not None
+        (a, low), (b, high) = self.inner, self.outer
+        share = (self.limit - low) / (high - low)
+        return self.value(a + share * (b - a))
+
+
+def _begin(estimate: Estimate, ranges: list[Range], parameter: int, side: int) -> _Walk:
+    allowed = ranges[parameter]
+    centre = float(estimate.values[parameter])
+    error = float(estimate.standard_errors[parameter])
+    error = error if math.isfinite(error) else max(abs(centre), 1e-6)
+    logarithmic = allowed.excludes_low and allowed.low == 0 and error > centre / 2
+    room = (centre - allowed.low) if side < 0 else (allowed.high - centre)
+    farthest = math.inf if logarithmic else room / error
+    freedom = estimate.residuals.shape[0] - len(estimate.names)
+    limit = float(special.stdtrit(freedom, 0.975))
+    walk = _Walk(parameter, side, centre, error, logarithmic, farthest, limit)
+    walk.done = farthest <= 0
+    return walk
+
+
+def _rises(
+    estimate: Estimate,
+    optimiser: LevenbergMarquardt,
+    ranges: list[Range],
+    walks: list[_Walk],
+    held: list[float],
+    lanes: int,
+) -> np.ndarray:
+    """Rise of the root of the sum of squares at each held value, in noise sizes."""
+    starts = np.array([_start(estimate, ranges, w, v) for w, v in zip(walks, held, strict=True)])
+    active = np.ones(starts.shape, bool)
+    active[np.arange(len(walks)), [walk.parameter for walk in walks]] = False
+    columns = [to_unbounded(r, jnp.asarray(starts[:, k])) for k, r in enumerate(ranges)]
+    unbounded = np.stack([np.asarray(column) for column in columns], axis=1)
+    costs = []
+    for begin in range(0, len(walks), lanes):
+        rows = np.minimum(np.arange(begin, begin + lanes), len(walks) - 1)
+        minima = search(
+            estimate.problem, optimiser, jnp.asarray(unbounded[rows]), jnp.asarray(active[rows])
+        )
+        costs.append(np.asarray(minima.quadratic.cost))
+    squares = 2 * np.concatenate(costs)[: len(walks)]
+    n = estimate.residuals.shape[0]
+    best = n * float(estimate.rms) ** 2
+    excess = (squares - best) / (best / (n - len(estimate.names)))
+    return np.sqrt(np.maximum(np.where(np.isfinite(excess), excess, np.nan), 0))
+
+
+def _start(estimate: Estimate, ranges: list[Range], walk: _Walk, value: float) -> np.ndarray:
+    """Where the others are expected if one parameter is held."""
+    values, covariance = np.asarray(estimate.values), np.asarray(estimate.covariance)
+    follow = covariance[:, walk.parameter] / covariance[walk.parameter, walk.parameter]
+    follow = np.where(np.isfinite(follow), follow, 0.0)
+    start = values + follow * (value - walk.centre)
+    nearest = [1e-3 if allowed.excludes_low else 0.0 for allowed in ranges]
+    lowest = [
+        allowed.low + near * (value - allowed.low) if near else allowed.low
+        for allowed, near, value in zip(ranges, nearest, values, strict=True)
+    ]
+    start = np.clip(start, lowest, [r.high for r in ranges])
+    start[walk.parameter] = value
+    return start
