@@ -1,5 +1,6 @@
 """Solutions that owe nothing to the package: closed forms, and SciPy restarted at each event."""
 
+import itertools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -141,7 +142,5 @@ def richardson(function: Callable[[float], np.ndarray], x: float, h: float) -> n
         (function(x + h / 2**k) - function(x - h / 2**k)) / (2 * h / 2**k) for k in range(4)
     ]
     for order in (4, 16, 64):
-        estimates = [
-            (order * b - a) / (order - 1) for a, b in zip(estimates, estimates[1:], strict=False)
-        ]
+        estimates = [(order * b - a) / (order - 1) for a, b in itertools.pairwise(estimates)]
     return estimates[0]

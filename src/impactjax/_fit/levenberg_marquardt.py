@@ -30,7 +30,7 @@ class LevenbergMarquardt(eqx.Module):
     damping: float = eqx.field(default=1e-3, static=True)
 
 
-class Quadratic(NamedTuple, Generic[T]):
+class Quadratic(eqx.Module, Generic[T]):
     """The sum of squares around a point, in the optimiser's coordinates."""
 
     cost: Scalar  # Σ r² / 2
@@ -40,7 +40,7 @@ class Quadratic(NamedTuple, Generic[T]):
     answer: T  # whatever else was found on the way
 
 
-class Minimum(NamedTuple, Generic[T]):
+class Minimum(eqx.Module, Generic[T]):
     """Where a run ended."""
 
     u: Vector
@@ -68,9 +68,8 @@ def minimise(
     No parameter moves farther than its `reach` at once, and one that is not felt over its reach
     stays for the moment. A point whose cost is not finite is never accepted.
     """
-    nothing = jax.tree.map(
-        lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(expand, start)
-    )._replace(cost=jnp.full_like(start[0], jnp.inf))
+    zeros = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(expand, start))
+    nothing = eqx.tree_at(lambda quadratic: quadratic.cost, zeros, jnp.full_like(start[0], jnp.inf))
     first = _State(
         Minimum(start, nothing, jnp.zeros((), bool), jnp.int32(0)),
         jnp.full_like(start[0], settings.damping),

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 CHUNK = 32  # the number of rows is a multiple of this
+FEW_STEPS = 64  # rows that are mapped at once
 
 Carry = TypeVar("Carry")
 Row = TypeVar("Row")

@@ -17,7 +17,7 @@ from jaxtyping import Array, PyTree
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chatter import Chatter
-from impactjax._simulate.chunks import scan_rows
+from impactjax._simulate.chunks import FEW_STEPS, map_rows, scan_rows
 from impactjax._simulate.loop import Log, Record
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep
@@ -34,6 +34,7 @@ class Path(NamedTuple):
     y: State
     h: Array
     end: State
+    expansion: PyTree
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -41,8 +42,15 @@ def differentiable_path(
     step: AbstractStep, model: ImpactOscillator, y0: State, t0: Scalar, record: Record
 ) -> Path:
     """The logged steps of a lane, differentiable with respect to `model`, `y0` and `t0`."""
-    del step, model, y0, t0
-    return Path(record.log.t, record.log.y, record.log.h, record.log.end)
+    del y0, t0
+    log = record.log
+    expansions = map_rows(
+        lambda row: step.expand(Automaton(model), row.t, row.y, row.mode, row.h),
+        log,
+        record.passes,
+        FEW_STEPS,
+    )
+    return Path(log.t, log.y, log.h, log.end, expansions)
 
 
 @differentiable_path.defjvp
@@ -69,14 +77,15 @@ def _push_forward(
 ) -> tuple[_Carry, Path]:
     """Tangents of one step: of its start, its duration, its end, and of the next start."""
     d_t, d_y = carry
-    t, y, h, end = values
+    t, y, h, end, expansion = values
     mode, event = log.mode, log.event
     happens = event != NO_EVENT
 
-    def flowed(model: ImpactOscillator, t: Scalar, y: State) -> State:
-        automaton = Automaton(model)
-        expansion = step.expand(automaton, t, y, mode, jax.lax.stop_gradient(h))
-        return state_within(step, automaton, chatters, t, y, mode, expansion, h)
+    def expanded(model: ImpactOscillator, t: Scalar, y: State) -> PyTree:
+        return step.expand(Automaton(model), t, y, mode, jax.lax.stop_gradient(h))
+
+    def flowed(model: ImpactOscillator, t: Scalar, y: State, expansion: PyTree) -> State:
+        return state_within(step, Automaton(model), chatters, t, y, mode, expansion, h)
 
     def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
         """Zero at the end of the step: the guard, or what is left of a summed chatter."""
@@ -90,7 +99,8 @@ def _push_forward(
     def jumped(model: ImpactOscillator, t: Scalar, end: State) -> State:
         return _jump(model, event, t, end, mode)
 
-    _, d_end = jax.jvp(flowed, (model, t, y), (d_model, d_t, d_y))
+    _, d_expansion = jax.jvp(expanded, (model, t, y), (d_model, d_t, d_y))
+    _, d_end = jax.jvp(flowed, (model, t, y, expansion), (d_model, d_t, d_y, d_expansion))
     rate = Automaton(model).flow(t + h, end, mode)
     place = (model, t, y, h, end)
     still = jax.tree.map(jnp.zeros_like, (model, t, y))
@@ -103,7 +113,7 @@ def _push_forward(
     moved = jax.tree.map(
         lambda new, old: jnp.where(log.taken, new, old), (d_t + d_h, d_next), carry
     )
-    return moved, Path(d_t, d_y, d_h, d_end)
+    return moved, Path(d_t, d_y, d_h, d_end, d_expansion)
 
 
 def _jump(model: ImpactOscillator, event: Code, t: Scalar, end: State, mode: Mode) -> State:

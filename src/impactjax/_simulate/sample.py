@@ -14,7 +14,7 @@ from jaxtyping import Array, Int
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
-from impactjax._simulate.chunks import map_rows
+from impactjax._simulate.chunks import FEW_STEPS, map_rows
 from impactjax._simulate.loop import Log, Record
 from impactjax._simulate.replay import Path, state_within
 from impactjax._simulate.state import State
@@ -22,7 +22,6 @@ from impactjax._simulate.step import AbstractStep
 from impactjax._types import Samples, Scalar
 
 _BLOCK = 16  # samples
-_FEW_STEPS = 64  # that many are dealt with at once
 
 
 class _Pairs(NamedTuple):
@@ -42,17 +41,11 @@ def sample(
     pairs = jax.lax.cond(record.passes > 0, _pairs, _no_pairs, log, ts)
     blocks = -(-ts.shape[0] // _BLOCK)
     times = jnp.pad(ts, (0, blocks * _BLOCK - ts.shape[0]), mode="edge").reshape(blocks, _BLOCK)
-    expansions = map_rows(
-        lambda row: step.expand(automaton, row[0].t, row[0].y, row[1].mode, row[1].h),
-        (path, log),
-        record.passes,
-        _FEW_STEPS,
-    )
 
     def states(pair: tuple[Array, Array]) -> State:
         row, block = pair
         t, y, mode, expansion = jax.tree.map(
-            lambda column: column[row], (path.t, path.y, log.mode, expansions)
+            lambda column: column[row], (path.t, path.y, log.mode, path.expansion)
         )
 
         def at(s: Scalar) -> State:
@@ -65,7 +58,7 @@ def sample(
             lambda pair: part(states(pair)),
             (pairs.step, pairs.block),
             blocks + record.passes,
-            blocks + _FEW_STEPS,
+            blocks + FEW_STEPS,
         )
         return values.reshape(-1)[pairs.place]
 
