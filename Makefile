@@ -2,6 +2,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 
 .PHONY: demo test clean
+.DELETE_ON_ERROR:
 
 demo: .venv/installed
 	$(BIN)/python -m impactjax fit data/*.csv --out demo --force
