@@ -31,7 +31,7 @@ _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be gi
 
 def fit_command(
     recordings: Annotated[
-        list[Path], typer.Argument(metavar="RECORDING...", help="CSV file, or several.")
+        list[Path], typer.Argument(metavar="RECORDING", help="CSV file, or several.")
     ],
     laws: Annotated[list[str] | None, typer.Option("--law", metavar="NAME", help=_LAW_HELP)] = None,
     system: Annotated[
@@ -49,7 +49,7 @@ def fit_command(
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the scattered starts.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files in DIR.")] = False,
 ) -> None:
-    r"""Fit contact laws to a recording, with 95 % intervals and verdicts.
+    """Fit contact laws to a recording, with 95 % intervals and verdicts.
 
     The file has a header that names quantity and unit, "time [s], angle [deg]", or is a list of
     "impact time [s]". A file NAME.toml beside NAME.csv may say what is known of the experiment.
@@ -60,7 +60,7 @@ def fit_command(
       impactjax fit swing.csv
       impactjax fit swing.csv --law kelvin-voigt --law restitution --out results
       impactjax fit bounces.csv --system bouncing-ball --law restitution
-    """
+    """  # noqa: D301  Click knows the backspace as "do not wrap"
     try:
         check_names(laws or [], system)
         targets = _targets(out, force)

@@ -54,13 +54,13 @@ def simulate_command(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
 ) -> None:
-    r"""Simulate a system and write its motion as a recording that `fit` reads.
+    """Simulate a system and write its motion as a recording that `fit` reads.
 
     \b
     Examples:
       impactjax simulate --law kelvin-voigt --set omega0=727 --set gamma=0.18 --noise 0.2
       impactjax simulate --system bouncing-ball --set r=0.9 --set x0=200mm --impacts
-    """
+    """  # noqa: D301  Click knows the backspace as "do not wrap"
     try:
         check_names([law], system)
         if not (duration > 0 and rate > 0 and duration * rate >= 1):

@@ -82,7 +82,8 @@ class Estimate(eqx.Module):
 
     def __str__(self) -> str:
         lines = [
-            f"{name} = {value:.6g} ± {error:.2g} {unit} ({self.verdict(name)})"
+            f"{name} = {value:.6g} ± {error:.2g}{' ' + unit if unit != '1' else ''} "
+            f"({self.verdict(name)})"
             for name, value, error, unit in zip(
                 self.names, self.values, self.standard_errors, self.units, strict=True
             )
