@@ -9,16 +9,17 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from impactjax._cli.refusal import Refusal, check_names
-from impactjax._cli.setup import laws_of, setup_of
+from impactjax._cli.setup import Task, task_of
 from impactjax._fit.compare import Fitted, compare
 from impactjax._fit.laws import LAWS, NO_LAW
 from impactjax._fit.oscillators import OSCILLATORS
 from impactjax._measure.file_error import FileError
-from impactjax._measure.read_recording import File, read_recording
+from impactjax._measure.read_recording import read_recording
 from impactjax._report.document import document
 from impactjax._report.page import page
 from impactjax._report.units import interval, shown_unit, with_error
@@ -63,9 +64,9 @@ def fit_command(
     """  # noqa: D301  Click knows the backspace as "do not wrap"
     try:
         check_names(laws or [], system)
+        tasks = [task_of(read_recording(path, sidecar), system, laws) for path in recordings]
         targets = _targets(out, force)
-        files = [read_recording(path, sidecar) for path in recordings]
-        fits = _fitted(files, laws, system, seed)
+        fits = _fitted(tasks, seed)
     except (FileError, Refusal) as error:
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
@@ -73,7 +74,6 @@ def fit_command(
         _print(name, [fitted for own, fitted in fits if own == name])
     if targets is not None:
         json_path, page_path = targets
-        json_path.parent.mkdir(parents=True, exist_ok=True)
         command = shlex.join(["impactjax", *sys.argv[1:]])
         json_path.write_text(json.dumps(document(fits, seed), indent=2) + "\n", encoding="utf-8")
         page_path.write_text(page(fits, command, seed), encoding="utf-8")
@@ -81,40 +81,39 @@ def fit_command(
 
 
 def _targets(out: Path | None, force: bool) -> tuple[Path, Path] | None:
-    """The files to write, none of which may exist."""
+    """The files to write, none of which may exist, in a folder that is made if it does not."""
     if out is None:
         return None
-    if out.exists() and not out.is_dir():
-        raise Refusal(f"{out} is a file; give a folder to --out.")
     targets = out / "fit.json", out / "report.html"
     for target in targets:
         if target.exists() and not force:
             raise Refusal(f"{target} exists; use --force to overwrite it, or another --out.")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Refusal(f"{out} cannot be a folder ({error.strerror}); choose another.") from error
     return targets
 
 
-def _fitted(
-    files: Sequence[File], laws: Sequence[str] | None, system: str | None, seed: int
-) -> list[tuple[str, Fitted]]:
+def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
     fits = []
     console = Console(stderr=True)
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     with Progress(
         *columns, console=console, transient=True, disable=not console.is_terminal
     ) as bar:
-        task = bar.add_task("reading", total=None)
-        for file in files:
-            setup = setup_of(file, system)
+        display = bar.add_task("", total=None)
+        for task in tasks:
+            path = task.file.path
 
-            def tell(what: str, file: File = file) -> None:
-                bar.update(task, description=f"{file.path.name}: {what}")
+            def tell(what: str, path: Path = path) -> None:
+                bar.update(display, description=f"{escape(path.name)}: {what}")
 
-            chosen = laws_of(file, setup, laws)
             try:
-                found = compare(file.recording, setup, chosen, seed=seed, tell=tell)
+                found = compare(task.file.recording, task.setup, task.laws, seed=seed, tell=tell)
             except ValueError as error:
-                raise FileError(file.path, None, str(error).rstrip("."), "see --help") from error
-            fits += [(str(file.path), fitted) for fitted in found]
+                raise Refusal(f"{path}: {error}") from error
+            fits += [(str(path), fitted) for fitted in found]
     return fits
 
 
@@ -123,7 +122,7 @@ def _print(name: str, fits: Sequence[Fitted]) -> None:
     if not console.is_terminal:
         console.width = _WIDTH
     unit, factor = shown_unit(fits[0].estimate.problem.recording)
-    table = Table(title=name, title_justify="left", title_style="bold")
+    table = Table(title=escape(name), title_justify="left", title_style="bold")
     for heading in (
         "law",
         "rms",

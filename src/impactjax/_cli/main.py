@@ -6,6 +6,8 @@ from typing import Annotated
 import typer
 
 from impactjax._cli.environment import prepare
+from impactjax._cli.fit import fit_command
+from impactjax._cli.simulate import simulate_command
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -16,10 +18,11 @@ app = typer.Typer(
 )
 
 
-def _print_version(wanted: bool) -> None:
+def _print_version(wanted: bool) -> bool:
     if wanted:
         typer.echo(f"impactjax {version('impactjax')}")
         raise typer.Exit
+    return wanted
 
 
 _VERSION = typer.Option(
@@ -32,12 +35,11 @@ def _common(version: Annotated[bool, _VERSION] = False) -> None:
     del version
 
 
+app.command("fit")(fit_command)
+app.command("simulate")(simulate_command)
+
+
 def main() -> None:
     """Entry point of the command."""
     prepare()
-    from impactjax._cli.fit import fit_command
-    from impactjax._cli.simulate import simulate_command
-
-    app.command("fit")(fit_command)
-    app.command("simulate")(simulate_command)
     app()

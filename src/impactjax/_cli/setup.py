@@ -1,8 +1,13 @@
-"""From a file with its sidecar to the setup of a fit."""
+"""From a file with its sidecar to the task of a fit."""
 
 import difflib
 from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
 
+import jax.numpy as jnp
+
+from impactjax._cli.typical import parameters
 from impactjax._fit.compare import Setup, laws_for
 from impactjax._fit.laws import LAWS, NO_LAW
 from impactjax._fit.oscillators import OSCILLATORS
@@ -12,15 +17,24 @@ from impactjax._measure.read_recording import File
 from impactjax._measure.recording import ImpactTimes
 from impactjax._measure.sensor import Sensor
 from impactjax._measure.sidecar import line_of
-
-_MOTION = ("omega_n", "zeta", "dry_friction", "length", "mass", "gravity", "gap")
-_CONTACT = ("r", "r0", "alpha", "omega0", "gamma")
-_START = ("theta0", "theta_dot0", "x0", "x_dot0", "t0")
-_PARAMETERS = (*_MOTION, *_CONTACT, *_START)
+from impactjax._measure.text import read_text
 
 
-def setup_of(file: File, system: str | None) -> Setup:
-    """What the sidecar and the command line say of the experiment. Raises `FileError`."""
+class Task(NamedTuple):
+    """A recording to fit, with what is known of it and the laws to try."""
+
+    file: File
+    setup: Setup
+    laws: list[str]
+
+
+def task_of(file: File, system: str | None, laws: Sequence[str] | None) -> Task:
+    """What the sidecar and the command line ask for. Raises `FileError`."""
+    setup = _setup(file, system)
+    return Task(file, setup, _laws(file, setup, laws))
+
+
+def _setup(file: File, system: str | None) -> Setup:
     sidecar = file.sidecar
     named = system or sidecar.system.oscillator
     if named is None:
@@ -28,10 +42,7 @@ def setup_of(file: File, system: str | None) -> Setup:
     if named not in OSCILLATORS:
         raise _in_sidecar(file, "oscillator", f"unknown oscillator `{named}`", list(OSCILLATORS))
     _check_quantity(file, named)
-    for table in (sidecar.fixed, sidecar.start):
-        for name in table:
-            if name not in _PARAMETERS:
-                raise _in_sidecar(file, name, f"unknown parameter `{name}`", _PARAMETERS)
+    _check_values(file, named)
     own = sidecar.sensor
     low_pass = None if own.cutoff is None else Butterworth(own.cutoff, order=own.order)
     sensor = Sensor(own.gain, own.offset, own.delay, low_pass)
@@ -65,8 +76,20 @@ def _check_quantity(file: File, oscillator: str) -> None:
         )
 
 
-def laws_of(file: File, setup: Setup, laws: Sequence[str] | None) -> list[str]:
-    """The laws to fit: asked for, or in the sidecar, or all that apply. Raises `FileError`."""
+def _check_values(file: File, oscillator: str) -> None:
+    """That what is fixed and where to start can be."""
+    given = {**file.sidecar.start, **file.sidecar.fixed}
+    known = parameters(oscillator, [NO_LAW, *LAWS]) if given else {}
+    for name, value in given.items():
+        if name not in known:
+            raise _in_sidecar(file, name, f"unknown parameter `{name}`", list(known))
+        if not known[name].holds(jnp.asarray(value)):
+            problem = f"`{name}` must be {known[name].describe()}"
+            raise FileError(_sidecar(file), _line(file, name), problem, "correct its value")
+
+
+def _laws(file: File, setup: Setup, laws: Sequence[str] | None) -> list[str]:
+    """The laws asked for, or those in the sidecar, or all that apply."""
     if laws:
         return list(dict.fromkeys(laws))
     known = [NO_LAW, *LAWS]
@@ -77,9 +100,16 @@ def laws_of(file: File, setup: Setup, laws: Sequence[str] | None) -> list[str]:
 
 
 def _in_sidecar(file: File, key: str, problem: str, allowed: Sequence[str]) -> FileError:
-    assert file.sidecar_path is not None
     wrong = problem.split("`")[1]
     close = difflib.get_close_matches(wrong, allowed, 1)
     remedy = f"did you mean `{close[0]}`" if close else f"use one of {', '.join(allowed)}"
-    line = line_of(file.sidecar_path.read_text(encoding="utf-8"), key)
-    return FileError(file.sidecar_path, line, problem, remedy)
+    return FileError(_sidecar(file), _line(file, key), problem, remedy)
+
+
+def _sidecar(file: File) -> Path:
+    assert file.sidecar_path is not None
+    return file.sidecar_path
+
+
+def _line(file: File, key: str) -> int | None:
+    return line_of(read_text(_sidecar(file)), key)

@@ -2,27 +2,25 @@
 
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
-import jax.numpy as jnp
 import numpy as np
 import typer
 
 from impactjax._cli.refusal import Refusal, check_names
-from impactjax._fit.first_estimates import FirstEstimates
+from impactjax._cli.typical import parameters, typical_system
 from impactjax._fit.laws import LAWS, NO_LAW
 from impactjax._fit.oscillators import OSCILLATORS
-from impactjax._fit.system import Start, System, handles, replaced
-from impactjax._measure.quantity import Angle, Displacement
-from impactjax._measure.sensor import Sensor
-from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.stop import Stop
+from impactjax._fit.system import System, replaced
+from impactjax._measure.quantity import QUANTITIES
+from impactjax._model.parameter import Range
 from impactjax._results import RESULTS
-from impactjax._simulate.simulate import InitialState, simulate
+from impactjax._simulate.simulate import simulate
 from impactjax._simulate.trajectory import Trajectory
 
-_TYPICAL_CONTACT = 700.0  # [rad/s]
+_MOST_SAMPLES = 10_000_000
 
 
 def simulate_command(
@@ -63,8 +61,7 @@ def simulate_command(
     """  # noqa: D301  Click knows the backspace as "do not wrap"
     try:
         check_names([law], system)
-        if not (duration > 0 and rate > 0 and duration * rate >= 1):
-            raise Refusal("--duration and --rate must give at least one sample after the first.")
+        _check_sizes(duration, rate, noise)
         if out is not None and out.exists() and not force:
             raise Refusal(f"{out} exists; use --force to overwrite it.")
         built = _system(law, system, settings or [])
@@ -72,34 +69,34 @@ def simulate_command(
         run = simulate(built.model, built.initial, ts, max_steps=16384, max_impacts=4096)
         if run.result != RESULTS.successful:
             raise Refusal(str(RESULTS[run.result]))
+        text = _impact_rows(run) if impacts else _sample_rows(built, run, noise, seed)
+        _write(text, out)
     except (Refusal, ValueError) as error:
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
-    text = _impact_rows(run) if impacts else _sample_rows(built, run, noise, seed)
-    if out is None:
-        sys.stdout.write(text)
-    else:
-        out.write_text(text, encoding="utf-8")
+
+
+def _check_sizes(duration: float, rate: float, noise: float) -> None:
+    if not (duration > 0 and rate > 0 and 1 <= duration * rate <= _MOST_SAMPLES):
+        raise Refusal(f"--duration times --rate must be from 1 to {_MOST_SAMPLES:.0e} samples.")
+    if not 0 <= noise < np.inf:
+        raise Refusal("--noise must be finite and at least 0.")
 
 
 def _system(law: str, oscillator: str, settings: list[str]) -> System:
     """The system with typical values, and those that were set."""
-    moving = OSCILLATORS[oscillator]({}, any(each.startswith("dry_friction=") for each in settings))
-    angle = moving.is_angle()
-    initial = InitialState(np.pi / 4 if angle else 0.1)
-    seen = FirstEstimates(moving, initial, np.zeros(0), np.zeros(0), _TYPICAL_CONTACT, False)
-    stop = None if law == NO_LAW else Stop(LAWS[law](seen))
-    system = System(ImpactOscillator(moving, stop), initial, Start(jnp.zeros(())), Sensor())
-    known = handles(system)
-    values = dict(_setting(text, list(known)) for text in settings)
-    changed = replaced(system, tuple(values), tuple(values.values())) if values else system
+    known = parameters(oscillator, [law])
+    del known["t0"]  # samples start at zero
+    values = dict(_setting(text, known) for text in settings)
+    typical = typical_system(oscillator, law, values, "dry_friction" in values)
+    changed = replaced(typical, tuple(values), tuple(values.values())) if values else typical
     for requirement in changed.model.requirements():
         if not bool(requirement.holds):
             raise Refusal(f"{requirement.sentence}.")
     return changed
 
 
-def _setting(text: str, known: list[str]) -> tuple[str, float]:
+def _setting(text: str, known: Mapping[str, Range]) -> tuple[str, float]:
     """A name and a value in SI units from NAME=VALUE."""
     match = re.fullmatch(r"(\w+)=([-+.\deE]+)\s*(\D*)", text)
     if match is None:
@@ -107,13 +104,24 @@ def _setting(text: str, known: list[str]) -> tuple[str, float]:
     name, number, unit = match.groups()
     if name not in known:
         raise Refusal(f"there is no parameter `{name}`; there are {', '.join(known)}.")
-    factors = {"": 1.0, **Displacement.units, **Angle.units, "ms": 1e-3, "s": 1.0}
-    if unit not in factors:
-        raise Refusal(f"unknown unit `{unit}` in `{text}`; use one of {', '.join(factors)[2:]}.")
+    own = known[name].unit
+    units = next((each.units for each in QUANTITIES if each.unit == own), {own: 1.0})
+    if unit and unit not in units:
+        raise Refusal(f"unknown unit `{unit}` in `{text}`; use {' or '.join(units)}.")
     try:
-        return name, float(number) * factors[unit]
+        return name, float(number) * units.get(unit, 1.0)
     except ValueError as error:
         raise Refusal(f"`{number}` in `{text}` is not a number.") from error
+
+
+def _write(text: str, out: Path | None) -> None:
+    if out is None:
+        sys.stdout.write(text)
+        return
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise Refusal(f"{out} cannot be written ({error.strerror}); choose another.") from error
 
 
 def _sample_rows(system: System, run: Trajectory, noise: float, seed: int) -> str:

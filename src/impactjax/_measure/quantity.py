@@ -67,4 +67,9 @@ class Displacement(AbstractQuantity):
 
 
 QUANTITIES: tuple[AbstractQuantity, ...] = (Angle(), Displacement())
-IMPACT_TIME = "impact time"  # the header of a list of bounce times
+TIME, IMPACT_TIME = "time", "impact time"  # the headers of a clock and of a list of bounce times
+UNITS: dict[str, dict[str, float]] = {
+    TIME: TIME_UNITS,
+    IMPACT_TIME: TIME_UNITS,
+    **{quantity.name: quantity.units for quantity in QUANTITIES},
+}

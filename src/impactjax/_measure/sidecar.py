@@ -2,18 +2,33 @@
 
 import difflib
 import re
+import sys
 import tomllib
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 
 from impactjax._measure.file_error import FileError
-from impactjax._measure.quantity import IMPACT_TIME, QUANTITIES, TIME_UNITS
+from impactjax._measure.quantity import TIME, UNITS
+from impactjax._measure.text import read_text
 
-QUANTITY_NAMES = (*(quantity.name for quantity in QUANTITIES), IMPACT_TIME)
-
-Positive = Annotated[float, msgspec.Meta(gt=0)]
+_WORDS = {
+    "float": "a number",
+    "int": "a whole number",
+    "str": "a text",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "a table",
+    "float | null": "a number",
+    "str | null": "a text",
+    "bool | null": "true or false",
+    "array | null": "a list",
+    "int | str | null": "a whole number or a text",
+}
+_LARGEST = sys.float_info.max
+Finite = Annotated[float, msgspec.Meta(ge=-_LARGEST, le=_LARGEST)]
+Positive = Annotated[float, msgspec.Meta(gt=0, le=_LARGEST)]
 
 
 class SystemTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -27,9 +42,9 @@ class SystemTable(msgspec.Struct, forbid_unknown_fields=True):
 class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     """[sensor]: what stands between the motion and its samples."""
 
-    gain: float = 1.0
-    offset: float = 0.0
-    delay: float = 0.0
+    gain: Finite = 1.0
+    offset: Finite = 0.0
+    delay: Finite = 0.0
     cutoff: Positive | None = None
     order: Annotated[int, msgspec.Meta(ge=1, le=12)] = 2
 
@@ -51,8 +66,8 @@ class Sidecar(msgspec.Struct, forbid_unknown_fields=True):
     """All tables of a sidecar. [truth] is for people: nothing here reads it."""
 
     system: SystemTable = msgspec.field(default_factory=SystemTable)
-    fixed: dict[str, float] = msgspec.field(default_factory=dict)
-    start: dict[str, float] = msgspec.field(default_factory=dict)
+    fixed: dict[str, Finite] = msgspec.field(default_factory=dict)
+    start: dict[str, Finite] = msgspec.field(default_factory=dict)
     sensor: SensorTable = msgspec.field(default_factory=SensorTable)
     read: ReadTable = msgspec.field(default_factory=ReadTable)
     truth: dict[str, object] = msgspec.field(default_factory=dict)
@@ -60,41 +75,42 @@ class Sidecar(msgspec.Struct, forbid_unknown_fields=True):
 
 def read_sidecar(path: Path) -> Sidecar:
     """A sidecar file. Raises `FileError`."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise FileError(
-            path, None, "it is not UTF-8 text", "save it with UTF-8 encoding"
-        ) from error
+    text = read_text(path)
     try:
         tables = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        where = re.search(r"line (\d+)", str(error))
-        line = int(where[1]) if where else None
-        problem = re.sub(r" \(at .*\)$", "", str(error))
+    except (ValueError, RecursionError) as error:  # also of endless numbers and nested lists
+        where = re.search(r"at line (\d+)|at end of document", str(error))
+        line = None if where is None else int(where[1] or len(text.splitlines()))
+        problem = re.sub(r" \(at .*\)$", "", str(error)).split("; ")[0]
         raise FileError(path, line, f"not valid TOML ({problem})", "mend the syntax") from error
     try:
         sidecar = msgspec.convert(tables, Sidecar)
     except msgspec.ValidationError as error:
-        raise _explain(path, text, str(error)) from error
+        raise _explain(path, text, tables, str(error)) from error
     _check_read(path, text, sidecar.read)
     return sidecar
 
 
-def _explain(path: Path, text: str, message: str) -> FileError:
-    unknown = re.search(r"unknown field `(.+?)`(?: - at `\$\.?(.*)`)?", message)
+def _explain(path: Path, text: str, tables: dict[str, Any], message: str) -> FileError:
+    """What msgspec found, in the words of the file."""
+    found = re.fullmatch(r"(.*?)(?: - at `\$\.?([^`]*)`)?", message, re.DOTALL)
+    assert found is not None
+    problem, place = found[1], found[2] or ""
+    unknown = re.search(r"unknown field `(.+)`", problem, re.DOTALL)
     if unknown:
-        key, table = unknown[1], unknown[2] or ""
-        allowed = _keys(table)
+        key, allowed = unknown[1], _keys(place)
         close = difflib.get_close_matches(key, allowed, 1)
         hint = f"did you mean `{close[0]}`" if close else f"use one of {', '.join(allowed)}"
-        where = f"in [{table}]" if table else "at the top"
+        where = f"in [{place}]" if place else "at the top"
         return FileError(path, line_of(text, key), f"unknown key `{key}` {where}", hint)
-    place = re.search(r"^(.*) - at `\$\.?(.*)`$", message)
-    problem, key = (place[1], place[2]) if place else (message, "")
-    last = re.split(r"[.\[]", key)[-1].rstrip("]")
+    if place.endswith("[...]"):
+        place = f"{place[:-5]}.{_wrong_entry(tables[place[:-5]])}"
+    key = place.split(".")[-1].split("[")[0]
+    problem = re.sub(r"[<>]= -?1\.79\S+", "that is finite", problem)
+    for technical, word in _WORDS.items():
+        problem = problem.replace(f"`{technical}`", word)
     return FileError(
-        path, line_of(text, last), f"`{key}` cannot be used ({problem})", "correct its value"
+        path, line_of(text, key), f"`{place}` cannot be used ({problem})", "correct its value"
     )
 
 
@@ -103,21 +119,36 @@ def _keys(table: str) -> list[str]:
     return [field.name for field in msgspec.structs.fields(owner)]
 
 
+def _wrong_entry(table: dict[str, Any]) -> str:
+    """The first of the names whose value is not a finite number."""
+    for name, value in table.items():
+        try:
+            msgspec.convert(value, Finite)
+        except msgspec.ValidationError:
+            return name
+    raise AssertionError("msgspec found one")
+
+
 def _check_read(path: Path, text: str, read: ReadTable) -> None:
-    if read.quantity is not None and read.quantity not in QUANTITY_NAMES:
-        raise FileError(
-            path,
-            line_of(text, "quantity"),
-            f"unknown quantity `{read.quantity}`",
-            f"use one of {', '.join(QUANTITY_NAMES)}",
-        )
-    if read.time_unit is not None and read.time_unit not in TIME_UNITS:
-        raise FileError(
-            path,
-            line_of(text, "time_unit"),
-            f"unknown unit of time `{read.time_unit}`",
-            f"use one of {', '.join(TIME_UNITS)}",
-        )
+    needed = {"quantity": "column", "unit": "quantity", "time_unit": "time_column"}
+    for key, other in needed.items():
+        if getattr(read, key) is not None and getattr(read, other) is None:
+            problem = f"`{key}` says nothing without `{other}`"
+            raise FileError(path, line_of(text, key), problem, f"add `{other}`")
+    observed = {name: units for name, units in UNITS.items() if name != TIME}
+    for key, kind, allowed in (
+        ("quantity", "quantity", observed),
+        ("unit", f"unit of {read.quantity}", UNITS.get(read.quantity or "", {})),
+        ("time_unit", "unit of time", UNITS[TIME]),
+    ):
+        value = getattr(read, key)
+        if value is not None and value not in allowed:
+            raise FileError(
+                path,
+                line_of(text, key),
+                f"unknown {kind} `{value}`",
+                f"use one of {', '.join(allowed)}",
+            )
     if read.window is not None and not read.window[0] < read.window[1]:
         raise FileError(
             path, line_of(text, "window"), "the window ends before it begins", "swap its ends"

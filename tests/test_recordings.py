@@ -1,0 +1,157 @@
+"""Every accepted form of a recording arrives in SI units."""
+
+import math
+
+import numpy as np
+import pytest
+
+import impactjax as ij
+
+TIMES = np.array([0.0, 0.25, 0.5])
+DEGREE = math.pi / 180
+
+
+def read(tmp_path, text, sidecar=None):
+    path = tmp_path / "record.csv"
+    path.write_text(text, encoding="utf-8")
+    if sidecar is not None:
+        path.with_suffix(".toml").write_text(sidecar, encoding="utf-8")
+    return ij.read_recording(path)
+
+
+def sampled(tmp_path, text, sidecar=None) -> ij.Recording:
+    recording = read(tmp_path, text, sidecar).recording
+    assert isinstance(recording, ij.Recording)
+    return recording
+
+
+def table(header, times, values):
+    rows = [f"{t}, {x}" for t, x in zip(times, values, strict=True)]
+    return "\n".join([header, *rows]) + "\n"
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("s", 1), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6)])
+def test_units_of_time(tmp_path, unit, factor):
+    found = sampled(tmp_path, table(f"time [{unit}], angle [rad]", TIMES / factor, [1, 2, 3]))
+    np.testing.assert_allclose(found.ts, TIMES, rtol=1e-15)
+    np.testing.assert_array_equal(found.values, [1, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("rad", 1), ("mrad", 1e-3), ("deg", DEGREE), ("°", DEGREE)]
+)
+def test_units_of_angle(tmp_path, unit, factor):
+    found = sampled(tmp_path, table(f"time [s], angle [{unit}]", TIMES, [45, -3.5, 1e-3]))
+    np.testing.assert_allclose(found.values, np.array([45, -3.5, 1e-3]) * factor, rtol=1e-15)
+    assert isinstance(found.quantity, ij.Angle)
+    assert found.quantity.unit == "rad"
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("m", 1), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6)])
+def test_units_of_displacement(tmp_path, unit, factor):
+    found = sampled(tmp_path, table(f"time [s], displacement [{unit}]", TIMES, [200, -1, 0.5]))
+    np.testing.assert_allclose(found.values, np.array([200, -1, 0.5]) * factor, rtol=1e-15)
+    assert isinstance(found.quantity, ij.Displacement)
+    assert found.quantity.unit == "m"
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("s", 1), ("ms", 1e-3)])
+def test_impact_times(tmp_path, unit, factor):
+    found = read(tmp_path, f"impact time [{unit}]\n127\n314.5\n491\n").recording
+    assert isinstance(found, ij.ImpactTimes)
+    np.testing.assert_allclose(found.times, np.array([127, 314.5, 491]) * factor, rtol=1e-15)
+
+
+def test_columns_that_describe_the_impacts_are_left_out(tmp_path):
+    text = "impact time [s], approach speed [m/s], restitution [1]\n0.1, 2, 0.5\n0.3, 1, 0.5\n"
+    found = read(tmp_path, text).recording
+    assert isinstance(found, ij.ImpactTimes)
+    np.testing.assert_array_equal(found.times, [0.1, 0.3])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time [s], angle [deg]\n0, 45\n0.25, 44\n0.5, 43\n",
+        "angle [deg], time [s]\n45, 0\n44, 0.25\n43, 0.5\n",
+        "Time [s],Angle [deg]\n0,45\n0.25,44\n0.5,43\n",
+        '"time [s]", "angle [deg]"\n"0", "45"\n"0.25", "44"\n"0.5", "43"\n',
+        "time[s] ,angle[ deg ]\r\n0,45\r\n0.25,44\r\n0.5,43\r\n",
+        "\ufefftime [s], angle [deg]\n0, 45\n\n0.25, +4.4e1\n0.5, 43",
+        "time [s], angle [deg],\n0, 45,\n0.25, 44,\n0.5, 43,\n",
+    ],
+    ids=["usual", "other order", "capitals", "quoted", "Windows", "BOM and blanks", "comma at end"],
+)
+def test_one_table_in_many_hands(tmp_path, text):
+    found = sampled(tmp_path, text)
+    np.testing.assert_array_equal(found.ts, TIMES)
+    np.testing.assert_allclose(found.values, np.array([45, 44, 43]) * DEGREE, rtol=1e-15)
+
+
+def test_sidecar_reads_a_file_without_times(tmp_path):
+    """As the free pendulum's: two rows of something else, then one number a line."""
+    sidecar = """
+    [read]
+    skip_rows = 2
+    column = 1
+    quantity = "angle"
+    unit = "deg"
+    sample_rate = 500
+    window = [0.002, 0.006]
+    """
+    text = "trigger, rate, duration\n135, 1000, 5 \n-1\n-2\n-3\n-4\n-5\n"
+    found = sampled(tmp_path, text, sidecar)
+    np.testing.assert_allclose(found.ts, [0.002, 0.004, 0.006], rtol=1e-15)
+    np.testing.assert_allclose(found.values, np.array([-2, -3, -4]) * DEGREE, rtol=1e-15)
+
+
+@pytest.mark.parametrize("column", ["3", '"x"'])
+@pytest.mark.parametrize("time_column", ["1", '"t"'])
+def test_sidecar_chooses_columns(tmp_path, column, time_column):
+    sidecar = f"""
+    [read]
+    column = {column}
+    quantity = "displacement"
+    unit = "mm"
+    time_column = {time_column}
+    time_unit = "ms"
+    """
+    found = sampled(tmp_path, "t, junk, x\n0, a, 7\n10, b, 8\n", sidecar)
+    np.testing.assert_allclose(found.ts, [0, 0.01], rtol=1e-15)
+    np.testing.assert_allclose(found.values, [0.007, 0.008], rtol=1e-15)
+
+
+def test_sidecar_chooses_a_column_whose_header_says_the_rest(tmp_path):
+    text = "time [s], angle [deg], displacement [mm]\n0, 1, 2\n1, 3, 4\n"
+    sidecar = '[read]\ncolumn = "displacement [mm]"\ntime_column = "time [s]"\n'
+    found = sampled(tmp_path, text, sidecar)
+    np.testing.assert_allclose(found.values, [0.002, 0.004], rtol=1e-15)
+
+
+def test_sidecar_gives_the_sample_rate_only(tmp_path):
+    found = sampled(tmp_path, "angle [rad]\n1\n2\n3\n", "[read]\nsample_rate = 4.0\n")
+    np.testing.assert_array_equal(found.ts, TIMES)
+
+
+def test_sidecar_names_the_column_of_impact_times(tmp_path):
+    sidecar = '[read]\ncolumn = "onset"\nquantity = "impact time"\nunit = "ms"\nwindow = [0.2, 1]\n'
+    found = read(tmp_path, "bounce, onset\n0, 127\n1, 314\n2, 491\n", sidecar).recording
+    assert isinstance(found, ij.ImpactTimes)
+    np.testing.assert_allclose(found.times, [0.314, 0.491], rtol=1e-15)
+
+
+def test_another_sidecar_can_be_named(tmp_path):
+    (tmp_path / "record.toml").write_text("this one is not valid")
+    (tmp_path / "record.csv").write_text("angle [rad]\n1\n2\n")
+    other = tmp_path / "other.toml"
+    other.write_text("[read]\nsample_rate = 2\n[fixed]\nlength = 0.07\n[truth]\nr = 0.5\n")
+    file = ij.read_recording(tmp_path / "record.csv", other)
+    assert file.sidecar.fixed == {"length": 0.07}
+    assert file.sidecar_path == other
+
+
+def test_a_million_rows(tmp_path):
+    ts = np.arange(1_000_000) * 1e-5
+    found = sampled(tmp_path, table("time [s], angle [rad]", ts.round(5).tolist(), ts.tolist()))
+    np.testing.assert_allclose(found.ts, ts, rtol=1e-15)
+    np.testing.assert_array_equal(found.values, ts)
