@@ -10,7 +10,9 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from impactjax._model.parameter import as_parameter, parameter
-from impactjax._types import Samples
+from impactjax._types import AngularFrequency, Samples
+
+_TERMS = 14  # of a series with terms below 6 / (j + 4)!
 
 
 class AbstractLowPass(eqx.Module):
@@ -47,10 +49,10 @@ class Butterworth(AbstractLowPass):
 
     def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
         total = jnp.zeros_like(values)
+        scale = 2 * math.pi * self.cutoff
         for pole, residue in _poles_and_residues(self.order):
-            scale = 2 * math.pi * self.cutoff
-            mode = _mode(pole * scale, ts, values, rates)
-            total = total + jnp.real(residue * scale * mode)
+            mode = _mode(_times(pole, scale), ts, values, rates)
+            total = total + jnp.real(_times(residue, scale) * mode)
         return total
 
 
@@ -68,24 +70,39 @@ def _poles_and_residues(order: int) -> list[tuple[complex, complex]]:
     return found
 
 
+def _times(constant: complex, scale: AngularFrequency) -> Complex[Array, "..."]:
+    return jax.lax.complex(constant.real * scale, constant.imag * scale)
+
+
 def _mode(
     pole: Complex[Array, ""], ts: Samples, values: Samples, rates: Samples
 ) -> Complex[Array, " samples"]:
     """∫ exp(pole (t − τ)) x(τ) dτ at the samples, x a cubic in between and a line before."""
+    ts, values, rates = (x.astype(pole.dtype) for x in (ts, values, rates))
     h = jnp.diff(ts)
     rise = jnp.diff(values)
     start, end = rates[:-1] * h, rates[1:] * h
     cubic = (values[:-1], start, 3 * rise - 2 * start - end, start + end - 2 * rise)
     decay = jnp.exp(pole * h)
-    moment = (decay - 1) / (pole * h)
-    gain = cubic[0] * moment
-    for power, coefficient in enumerate(cubic[1:], start=1):
-        moment = (power * moment - 1) / (pole * h)
-        gain = gain + coefficient * moment
+    gain = sum(a * moment for a, moment in zip(cubic, _moments(pole * h), strict=True))
     first = -values[0] / pole - rates[0] / pole**2
     decays = jnp.concatenate([jnp.zeros_like(decay[:1]), decay])
     gains = jnp.concatenate([first[None], gain * h])
     return jax.lax.associative_scan(_chain, (decays, gains))[1]
+
+
+def _moments(z: Complex[Array, " intervals"]) -> list[Complex[Array, " intervals"]]:
+    """∫₀¹ exp(z (1 − s)) sᵏ ds for k from 0 to 3: by the recursion that is stable for each z."""
+    small = jnp.abs(z) < 1
+    large, little = jnp.where(small, 1, z), jnp.where(small, z, 0)
+    upwards = [(jnp.exp(large) - 1) / large]
+    for k in (1, 2, 3):
+        upwards.append((k * upwards[-1] - 1) / large)
+    terms = [6 / math.factorial(j + 4) for j in range(_TERMS)]
+    downwards = [jnp.polyval(jnp.asarray(terms[::-1], z.dtype), little)]
+    for k in (3, 2, 1):
+        downwards.insert(0, (little * downwards[0] + 1) / k)
+    return [jnp.where(small, a, b) for a, b in zip(downwards, upwards, strict=True)]
 
 
 def _chain(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
