@@ -1,43 +1,170 @@
-"""impactjax's own side of the comparison. NOT WRITTEN YET: every task raises until it is.
+"""impactjax's own side of the comparison: public names only, nothing derived by hand."""
 
-Each function prepares one task, exactly as `rivals/tasks.py` defines it, and returns a `Prepared`
-(see `rivals/prepared.py`) whose `run()` gives the same array as a rival's. The pattern is
-`rivals/numba_rival.py`.
-"""
+import os
+from collections.abc import Callable
 
-from rivals.prepared import Prepared
+os.environ.setdefault(
+    "XLA_FLAGS",
+    "--xla_backend_extra_options="
+    "xla_cpu_use_multi_output_fusion,xla_cpu_small_while_loop_byte_threshold=1000000",
+)  # as the command line sets them: see docs/engine.md
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+import impactjax as ij
+from contact_alone import ContactAlone
+from rivals import reference, tasks
+from rivals.prepared import Prepared, prepare
+
+jax.config.update("jax_enable_x64", True)
+
+TOLERANCE = 5e-8
+STEPS, IMPACTS = 64, 32
+RECORD_STEPS, RECORD_IMPACTS = 2048, 160
+TOGETHER = 50  # lanes: what they need together fits into the cache
+HOW = f"TaylorStep, tolerance {TOLERANCE:g}"
+BATCH_HOW = f"{HOW}, lax.map of vmap over {TOGETHER}"
+
+
+def model(
+    law: str, values: Array, forcing: tasks.Forcing = tasks.NO_FORCING
+) -> ij.ImpactOscillator:
+    """The pendulum of the tasks; the contact acts alone, as they define it."""
+    omega_n, zeta, *rest = values
+    if law == tasks.RESTITUTION:
+        return ij.ImpactOscillator(ij.Pendulum(omega_n, zeta), ij.Stop(ij.Restitution(rest[0])))
+    pendulum = ij.Pendulum(omega_n, zeta, length=1.0, base=_base(forcing))
+    return ij.ImpactOscillator(
+        pendulum, ij.Stop(ContactAlone(rest[1], rest[0], ij.Pendulum(omega_n, zeta)))
+    )
+
+
+def _base(forcing: tasks.Forcing) -> ij.HarmonicMotion | None:
+    if forcing is tasks.NO_FORCING:
+        return None
+    return ij.HarmonicMotion(forcing.ratio, forcing.frequency)
+
+
+def angles(law: str, values: Array) -> Array:
+    """The samples of T1."""
+    start = ij.InitialState(values[-1])
+    times = jnp.asarray(tasks.TIMES)
+    return ij.simulate(
+        model(law, values),
+        start,
+        times,
+        step=ij.TaylorStep(),
+        tolerance=TOLERANCE,
+        max_steps=STEPS,
+        max_impacts=IMPACTS,
+    ).position
+
+
+def _ready(function: Callable[..., Array], *arguments: np.ndarray) -> Callable[[], np.ndarray]:
+    compiled = jax.jit(function)
+    arrays = [jnp.asarray(argument) for argument in arguments]
+    return lambda: np.asarray(compiled(*arrays))
 
 
 def t1(law: str) -> Prepared:
     """One trajectory: (1401,)."""
-    raise NotImplementedError
+    values = tasks.parameters(law)
+    return prepare(lambda: _ready(lambda p: angles(law, p), values), HOW)
 
 
 def t2(law: str) -> Prepared:
     """A thousand trajectories: (1000, 1401)."""
-    raise NotImplementedError
+    values = tasks.drawn_parameters(law)
+
+    def batch(values: Array) -> Array:
+        return jax.lax.map(lambda p: angles(law, p), values, batch_size=TOGETHER)
+
+    return prepare(lambda: _ready(batch, values), BATCH_HOW, tasks.LANES)
+
+
+def _jacobian(law: str, values: Array) -> Array:
+    return jax.jacfwd(lambda p: angles(law, p))(values).T
 
 
 def t3(law: str) -> Prepared:
     """Derivatives of one trajectory: (parameters, 1401)."""
-    raise NotImplementedError
+    values = tasks.parameters(law)
+    return prepare(lambda: _ready(lambda p: _jacobian(law, p), values), f"jacfwd, {HOW}")
 
 
 def t3_batch(law: str) -> Prepared:
     """Derivatives of a thousand trajectories: (1000, parameters, 1401)."""
-    raise NotImplementedError
+    values = tasks.drawn_parameters(law)
+
+    def batch(values: Array) -> Array:
+        return jax.lax.map(lambda p: _jacobian(law, p), values, batch_size=TOGETHER)
+
+    return prepare(lambda: _ready(batch, values), f"jacfwd, {BATCH_HOW}", tasks.LANES)
+
+
+def _driven(law: str, ratio: Array, frequency: Array, times: Array, steps: int) -> Array:
+    values = jnp.asarray(tasks.parameters(law))
+    omega_n, zeta, gamma, omega0, theta0 = values
+    pendulum = ij.Pendulum(omega_n, zeta, length=1.0, base=ij.HarmonicMotion(ratio, frequency))
+    contact = ij.Stop(ContactAlone(omega0, gamma, ij.Pendulum(omega_n, zeta)))
+    return ij.simulate(
+        ij.ImpactOscillator(pendulum, contact),
+        ij.InitialState(theta0),
+        times,
+        t0=0.0,
+        step=ij.TaylorStep(),
+        tolerance=TOLERANCE,
+        max_steps=steps,
+        max_impacts=steps,
+    ).position
 
 
 def t4(law: str) -> Prepared:
     """The forced record: (22001,)."""
-    raise NotImplementedError
+    ratio, frequency = tasks.RECORD_FORCING
+
+    def record(ratio: Array, frequency: Array, times: Array) -> Array:
+        return _driven(law, ratio, frequency, times, RECORD_STEPS)
+
+    arguments = np.asarray(ratio), np.asarray(frequency), tasks.RECORD_TIMES
+    return prepare(lambda: _ready(record, *arguments), HOW)
 
 
 def t4_sweep(law: str) -> Prepared:
     """The sweep of forcing frequencies: (200, 50)."""
-    raise NotImplementedError
+    forcings = [tasks.sweep_forcing(hertz) for hertz in tasks.SWEEP_FREQUENCIES]
+    times = np.array([tasks.sweep_times(forcing) for forcing in forcings])
+    ratios, frequencies = np.array(forcings).T
+
+    def sweep(ratios: Array, frequencies: Array, times: Array) -> Array:
+        def one(each: tuple[Array, Array, Array]) -> Array:
+            return _driven(law, *each, SWEEP_STEPS)
+
+        return jax.lax.map(one, (ratios, frequencies, times), batch_size=TOGETHER)
+
+    return prepare(lambda: _ready(sweep, ratios, frequencies, times), BATCH_HOW, len(forcings))
+
+
+SWEEP_STEPS = 4096
 
 
 def t5(law: str) -> Prepared:
     """The fit: the estimate, in the order of `tasks.NAMES` without the start angle."""
-    raise NotImplementedError
+    record = reference.record(law)
+
+    def estimate(start: Array, values: Array) -> Array:
+        recording = ij.Recording(jnp.asarray(tasks.TIMES), values, ij.Angle())
+        guess = jnp.append(start, tasks.VALUES["theta0"])
+        fitted = ij.fit(
+            model(law, guess),
+            recording,
+            initial=ij.InitialState(tasks.VALUES["theta0"]),
+            fixed=("theta0", "theta_dot0"),
+            simulation=ij.Simulation(TOLERANCE, STEPS, IMPACTS, ij.TaylorStep()),
+        )
+        return jnp.stack([fitted.value(name) for name in tasks.NAMES[law][:-1]])
+
+    return prepare(lambda: _ready(estimate, tasks.FIT_START[law], record), f"fit, {HOW}")

@@ -19,6 +19,7 @@ Force = Float[Array, "..."]  # [N]
 Energy = Float[Array, "..."]  # [J]
 Ratio = Float[Array, "..."]  # [1]
 InverseSpeed = Float[Array, "..."]  # [s/m]
+InverseLength = Float[Array, "..."]  # [1/m]
 
 Scalar = Float[Array, ""]  # one number of one lane
 Flag = Bool[Array, ""]

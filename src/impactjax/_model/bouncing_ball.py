@@ -3,19 +3,36 @@
 import equinox as eqx
 import jax.numpy as jnp
 
+from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._model.pendulum import STANDARD_GRAVITY
-from impactjax._types import Coordinate, CoordinateAcceleration, CoordinateRate, Lever, Mass, Time
+from impactjax._types import (
+    Coordinate,
+    CoordinateAcceleration,
+    CoordinateRate,
+    InverseLength,
+    Lever,
+    Mass,
+    Time,
+)
 
 
 class BouncingBall(AbstractOscillator):
-    """A ball in uniform gravity, x upwards from the floor: x″ = −gravity.
+    """A ball in uniform gravity, x upwards from the floor, with drag and on a shaker if given:
+
+    x″ = −gravity − drag |x′| x′ + A Ω² sin(Ω t + φ).
 
     **Arguments:**
 
     - `gravity`: [m/s²].
     - `mass`: [kg].
+    - `drag`: of the air, quadratic in speed: half its density times the ball's drag area over its
+      mass [1/m]; left out of the physics if `None`.
+    - `base`: upward motion of the floor; none if `None`.
+
+    **Raises** `ValueError` for drag together with a moving floor, where the speed relative to the
+    floor is not that relative to the air.
     """
 
     gravity: CoordinateAcceleration = eqx.field(
@@ -29,16 +46,31 @@ class BouncingBall(AbstractOscillator):
         default=1.0,
         kw_only=True,
     )
-    dry_friction: CoordinateAcceleration | None = eqx.field(init=False, default=None)
+    drag: InverseLength | None = eqx.field(
+        converter=as_optional_parameter,
+        metadata=parameter("1/m", at_least=0),
+        default=None,
+        kw_only=True,
+    )
+    base: HarmonicMotion | None = eqx.field(default=None, kw_only=True)
 
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate
     ) -> CoordinateAcceleration:
-        del t, position, velocity
-        return -self.gravity
+        del position, velocity
+        return -self.gravity if self.base is None else self.base.inertia(t) - self.gravity
+
+    def resistance(self, speed: CoordinateRate) -> CoordinateAcceleration | None:
+        return None if self.drag is None else self.drag * speed**2
 
     def lever(self) -> Lever:
         return jnp.ones_like(self.mass)
 
     def is_angle(self) -> bool:
         return False
+
+    def __check_init__(self) -> None:
+        if self.drag is not None and self.base is not None:
+            raise ValueError(
+                "BouncingBall: Argument `drag` needs a floor at rest, but `base` is given."
+            )

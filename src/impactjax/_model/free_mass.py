@@ -19,13 +19,15 @@ class FreeMass(AbstractOscillator):
     mass: Mass = eqx.field(
         converter=as_parameter, metadata=parameter("kg", above=0, known=True), default=1.0
     )
-    dry_friction: CoordinateAcceleration | None = eqx.field(init=False, default=None)
 
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate
     ) -> CoordinateAcceleration:
         del t, velocity
         return jnp.zeros_like(position)
+
+    def resistance(self, speed: CoordinateRate) -> None:
+        del speed
 
     def lever(self) -> Lever:
         return jnp.ones_like(self.mass)

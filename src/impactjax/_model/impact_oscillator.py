@@ -1,5 +1,7 @@
 """The whole system: an oscillator and its stops."""
 
+import dataclasses
+
 import equinox as eqx
 
 from impactjax._model.oscillator import AbstractOscillator
@@ -24,6 +26,10 @@ class ImpactOscillator(eqx.Module):
     def parts(self) -> dict[str, eqx.Module]:
         """All that has parameters, by where it is."""
         found: dict[str, eqx.Module] = {"oscillator": self.oscillator}
+        for field in dataclasses.fields(self.oscillator):
+            part = getattr(self.oscillator, field.name)
+            if isinstance(part, eqx.Module):
+                found[f"oscillator.{field.name}"] = part
         for name, stop in (("lower", self.lower), ("upper", self.upper)):
             if stop is not None:
                 found |= {name: stop, f"{name}.law": stop.law}

@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 
+from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
@@ -18,7 +19,9 @@ from impactjax._types import (
 
 
 class LinearOscillator(AbstractOscillator):
-    """A mass on a linear spring: x″ + 2 ζ ω_n x′ + ω_n² x + dry_friction sgn x′ = 0.
+    """A mass on a linear spring, on a base that may shake:
+
+    x″ + 2 ζ ω_n x′ + ω_n² x + dry_friction sgn x′ = A Ω² sin(Ω t + φ).
 
     **Arguments:**
 
@@ -26,6 +29,7 @@ class LinearOscillator(AbstractOscillator):
     - `zeta`: damping ratio [1].
     - `mass`: [kg].
     - `dry_friction`: deceleration by Coulomb friction [m/s²]; left out of the physics if `None`.
+    - `base`: motion of the spring's foot and the stops; none if `None`.
     """
 
     omega_n: AngularFrequency = eqx.field(
@@ -46,12 +50,17 @@ class LinearOscillator(AbstractOscillator):
         default=None,
         kw_only=True,
     )
+    base: HarmonicMotion | None = eqx.field(default=None, kw_only=True)
 
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate
     ) -> CoordinateAcceleration:
-        del t
-        return -2 * self.zeta * self.omega_n * velocity - self.omega_n**2 * position
+        free = -2 * self.zeta * self.omega_n * velocity - self.omega_n**2 * position
+        return free if self.base is None else free + self.base.inertia(t)
+
+    def resistance(self, speed: CoordinateRate) -> CoordinateAcceleration | None:
+        del speed
+        return self.dry_friction
 
     def lever(self) -> Lever:
         return jnp.ones_like(self.mass)

@@ -16,19 +16,25 @@ from impactjax._types import (
 
 
 class AbstractOscillator(eqx.Module):
-    """One coordinate q in free flight: q″ = acceleration(t, q, q′) − dry_friction sgn q′.
+    """One coordinate q in free flight: q″ = acceleration(t, q, q′) − resistance(|q′|) sgn q′.
 
-    Your own needs the two fields and the methods below: see `docs/your-own.md`.
+    Your own needs the field and the methods below.
     """
 
     mass: eqx.AbstractVar[Mass]
-    dry_friction: eqx.AbstractVar[CoordinateAcceleration | None]
 
     @abc.abstractmethod
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate
     ) -> CoordinateAcceleration:
-        """Acceleration in free flight, dry friction left out."""
+        """Acceleration in free flight, resistance left out."""
+
+    @abc.abstractmethod
+    def resistance(self, speed: CoordinateRate) -> CoordinateAcceleration | None:
+        """Deceleration at a speed |q′|, whatever the direction: dry friction, quadratic drag.
+
+        At speed zero it is what holds the mass; `None` if there is nothing of the kind.
+        """
 
     @abc.abstractmethod
     def lever(self) -> Lever:

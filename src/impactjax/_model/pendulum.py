@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 
+from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
@@ -21,11 +22,11 @@ STANDARD_GRAVITY = 9.80665  # [m/s²]
 
 
 class Pendulum(AbstractOscillator):
-    """A hanging pendulum with viscous and, if given, dry friction:
+    """A hanging pendulum with viscous and, if given, dry friction and a base that shakes:
 
-    θ″ + 2 ζ ω_n θ′ + ω_n² sin θ + dry_friction sgn θ′ = 0.
+    θ″ + 2 ζ ω_n θ′ + ω_n² sin θ + dry_friction sgn θ′ = (A / length) Ω² sin(Ω t + φ) cos θ.
 
-    Source: Carter (2005), 2.10 without base motion; dry friction is that of Coulomb.
+    Source: Carter (2005), 2.10; dry friction is that of Coulomb.
 
     **Arguments:**
 
@@ -35,6 +36,7 @@ class Pendulum(AbstractOscillator):
       speed at the stop. If `None`, that of a point mass on a light rod, g / ω_n².
     - `mass`: effective mass at the point of contact [kg].
     - `dry_friction`: deceleration by Coulomb friction [rad/s²]; left out of the physics if `None`.
+    - `base`: horizontal motion of the pivot and the stops; none if `None`.
     """
 
     omega_n: AngularFrequency = eqx.field(
@@ -61,12 +63,19 @@ class Pendulum(AbstractOscillator):
         default=None,
         kw_only=True,
     )
+    base: HarmonicMotion | None = eqx.field(default=None, kw_only=True)
 
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate
     ) -> CoordinateAcceleration:
-        del t
-        return -2 * self.zeta * self.omega_n * velocity - self.omega_n**2 * jnp.sin(position)
+        free = -2 * self.zeta * self.omega_n * velocity - self.omega_n**2 * jnp.sin(position)
+        if self.base is None:
+            return free
+        return free + self.base.inertia(t) / self.lever() * jnp.cos(position)
+
+    def resistance(self, speed: CoordinateRate) -> CoordinateAcceleration | None:
+        del speed
+        return self.dry_friction
 
     def lever(self) -> Lever:
         return STANDARD_GRAVITY / self.omega_n**2 if self.length is None else self.length

@@ -9,9 +9,9 @@ from impactjax._model.law import AbstractForceLaw
 from impactjax._model.separation import AtZeroForce
 from impactjax._simulate.chatter import tail, tail_state
 from impactjax._simulate.compliant_stop import PullFree, Surface
-from impactjax._simulate.dry_friction import DryFriction
-from impactjax._simulate.flow import driven_acceleration, flow, walls
+from impactjax._simulate.flow import driven_acceleration, flow, has_resistance, walls
 from impactjax._simulate.rigid_stop import RigidStop
+from impactjax._simulate.sliding import Sliding
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.transition import AbstractTransition, Context, Jump
 from impactjax._types import Code, Flag, Scalar
@@ -89,8 +89,8 @@ def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:
                 found.append(PullFree(wall, law))
         else:
             found.append(RigidStop(wall, law))
-    if model.oscillator.dry_friction is not None:
-        found.append(DryFriction(model.oscillator.dry_friction))
+    if has_resistance(model):
+        found.append(Sliding())
     return tuple(found)
 
 
@@ -123,10 +123,8 @@ def initial_mode(model: ImpactOscillator, t: Scalar, y: State) -> tuple[Mode, Fl
         phase = jnp.where(here, begins, phase).astype(jnp.int32)
         stop = jnp.where(here, wall.index, stop).astype(jnp.int32)
     start = Mode(phase, stop, jnp.sign(y.velocity).astype(jnp.int32))
-    if model.oscillator.dry_friction is not None:
-        still = DryFriction(model.oscillator.dry_friction).direction(
-            model, t, y, start._replace(friction=jnp.int32(1))
-        )
+    if has_resistance(model):
+        still = Sliding().direction(model, t, y, start._replace(friction=jnp.int32(1)))
         start = start._replace(friction=jnp.where(y.velocity == 0, still, start.friction))
     return start, inside
 

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._simulate.flow import Wall, free_acceleration
+from impactjax._simulate.flow import Wall, free_acceleration, holding_resistance
 from impactjax._simulate.state import State
 from impactjax._types import Flag, Scalar
 
@@ -58,8 +58,7 @@ def tail(model: ImpactOscillator, wall: Wall, law: AbstractImpactLaw, t: Scalar,
     """The series that starts with the state `y`, which leaves the stop at time `t`."""
     speed = wall.sign * y.velocity
     pressing = push(model, wall, t, jnp.zeros_like(speed))
-    friction = model.oscillator.dry_friction
-    drag = jnp.zeros_like(speed) if friction is None else friction
+    drag = holding_resistance(model, speed)
     rising, falling = pressing + drag, pressing - drag
     usable = falling > 0
     safe_rising, safe_falling = (jnp.where(usable, x, 1.0) for x in (rising, falling))
@@ -93,6 +92,11 @@ def is_summable(
         push(model, wall, t, -y.velocity),
     ]
     change = sum(jnp.abs(other - now) for other in varied) / jnp.where(falls_back, now, 1.0)
+    resistance = model.oscillator.resistance(series.speed)
+    if resistance is not None:
+        change = change + jnp.abs(resistance - holding_resistance(model, now)) / jnp.where(
+            falls_back, now, 1.0
+        )
     lever = model.oscillator.lever()
     spread = law.restitution(at_rest) - law.restitution(lever * series.speed)
     error = series.speed * (change + jnp.abs(spread))

@@ -35,7 +35,7 @@ def walls(model: ImpactOscillator) -> tuple[Wall, ...]:
 
 
 def free_acceleration(model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
-    """Acceleration of the oscillator alone, without dry friction."""
+    """Acceleration of the oscillator alone, without resistance."""
     return model.oscillator.acceleration(t, y.position, y.velocity)
 
 
@@ -51,7 +51,7 @@ def contact_force(model: ImpactOscillator, wall: Wall, law: AbstractForceLaw, y:
 
 
 def driven_acceleration(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
-    """Acceleration by everything but dry friction; contact acts in addition to the rest."""
+    """Acceleration by everything but resistance; contact acts in addition to the rest."""
     acceleration = free_acceleration(model, t, y)
     inertia = model.oscillator.mass * model.oscillator.lever()
     for wall in walls(model):
@@ -62,10 +62,21 @@ def driven_acceleration(model: ImpactOscillator, t: Scalar, y: State, mode: Mode
     return acceleration
 
 
+def has_resistance(model: ImpactOscillator) -> bool:
+    """Whether anything opposes the motion whatever its direction."""
+    return model.oscillator.resistance(jnp.zeros(())) is not None
+
+
+def holding_resistance(model: ImpactOscillator, like: Scalar) -> Scalar:
+    """The resistance of a mass that stands still; zero if there is none."""
+    resistance = model.oscillator.resistance(jnp.zeros_like(like))
+    return jnp.zeros_like(like) if resistance is None else resistance
+
+
 def is_held(model: ImpactOscillator, mode: Mode) -> Flag:
     """Whether the mass does not move: it lies on a rigid stop, or dry friction holds it."""
     held = mode.phase == Phase.REST
-    if model.oscillator.dry_friction is not None:
+    if has_resistance(model):
         held = held | (mode.friction == 0)
     return held
 
@@ -73,9 +84,10 @@ def is_held(model: ImpactOscillator, mode: Mode) -> Flag:
 def flow(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> State:
     """Time derivative of the state in a mode. Not for `Phase.CHATTER`, which has a closed form."""
     acceleration = driven_acceleration(model, t, y, mode)
-    if model.oscillator.dry_friction is not None:
-        opposing = mode.friction.astype(acceleration.dtype) * model.oscillator.dry_friction
-        acceleration = acceleration - opposing
+    sliding = mode.friction.astype(acceleration.dtype)
+    resistance = model.oscillator.resistance(sliding * y.velocity)
+    if resistance is not None:
+        acceleration = acceleration - sliding * resistance
     held = is_held(model, mode)
     still = jnp.zeros_like(acceleration)
     return State(

@@ -85,7 +85,8 @@ def _push_forward(
         return step.expand(Automaton(model), t, y, mode, jax.lax.stop_gradient(h))
 
     def flowed(model: ImpactOscillator, t: Scalar, y: State, expansion: PyTree) -> State:
-        return state_within(step, Automaton(model), chatters, t, y, mode, expansion, h)
+        automaton, in_time = Automaton(model), jnp.zeros_like(h)
+        return state_within(step, automaton, chatters, t, y, mode, expansion, h, in_time)
 
     def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
         """Zero at the end of the step: the guard, or what is left of a summed chatter."""
@@ -131,8 +132,9 @@ def state_within(
     mode: Mode,
     expansion: PyTree,
     s: Scalar,
+    delay: Scalar,
 ) -> State:
-    """The state a time `s` after the start of an expanded step.
+    """The state a time `s` after the start of an expanded step, less its `delay` of value zero.
 
     `chatters` tells whether any step of the batch may be a summed chatter.
     """
@@ -141,7 +143,7 @@ def state_within(
         return flowed
     return jax.lax.cond(
         chatters,
-        lambda flowed: automaton.with_chatter(t, y, mode, s, flowed),
+        lambda flowed: automaton.with_chatter(t, y, mode, s - delay, flowed),
         lambda flowed: flowed,
         flowed,
     )

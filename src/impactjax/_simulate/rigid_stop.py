@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._simulate.chatter import is_summable, push
-from impactjax._simulate.flow import Wall
+from impactjax._simulate.flow import Wall, holding_resistance
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.transition import AbstractTransition, Context, Jump
 from impactjax._types import Scalar
@@ -61,8 +61,6 @@ class RigidStop(AbstractTransition):
         )
 
     def _holding(self, model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
-        """What keeps a mass at rest on the stop: the push onto it, and dry friction."""
-        holding = push(model, self.wall, t, jnp.zeros_like(y.velocity))
-        if model.oscillator.dry_friction is None:
-            return holding
-        return holding + model.oscillator.dry_friction
+        """What keeps a mass at rest on the stop: the push onto it, and resistance."""
+        still = jnp.zeros_like(y.velocity)
+        return push(model, self.wall, t, still) + holding_resistance(model, still)

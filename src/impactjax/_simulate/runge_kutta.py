@@ -23,6 +23,14 @@ _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first g
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
 
 
+class _Expansion(NamedTuple):
+    """Where a step starts; its samples are steps of their own."""
+
+    t: Scalar
+    y: State
+    delay: Scalar
+
+
 class _Memory(NamedTuple):
     h: Scalar  # [s], the duration to try; zero asks for a first guess
     target: Code  # the transition being landed on, or NO_EVENT
@@ -66,6 +74,7 @@ class RungeKutta(AbstractStep):
         h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), remaining)
         end, error = self._step(automaton, start.t, start.y, start.mode, h)
         ratio = error / (_LOCAL * tolerance)
+        ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # far too long a step may overflow
         accurate = ratio <= 1
         factor = jnp.clip(_SAFETY * jnp.maximum(ratio, 1e-30) ** (-1 / order), _SHRINK, _GROW)
 
@@ -84,12 +93,14 @@ class RungeKutta(AbstractStep):
         taken = jnp.where(at_once, 0.0, h + correction)
 
         ends_on_event = (landed | at_once) & ~unclear
+        accepted = plain | ends_on_event
+        end = jax.tree.map(lambda y0, y1: jnp.where(accepted, y1, y0), start.y, end)
         retry = jnp.where(found, fraction * h, h * factor)
         retry = jnp.where(accurate & unclear, h / 2, retry)
         following = jnp.where(ends_on_event, 0.0, jnp.where(plain, h * factor, retry))
         target = jnp.where(found & ~unclear & ~ends_on_event & ~plain, event, NO_EVENT)
         return Outcome(
-            plain | ends_on_event,
+            accepted,
             taken,
             end,
             jnp.where(ends_on_event, event, NO_EVENT).astype(jnp.int32),
@@ -98,15 +109,16 @@ class RungeKutta(AbstractStep):
 
     def expand(
         self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
-    ) -> tuple[Scalar, State]:
+    ) -> _Expansion:
         del automaton, mode, h
-        return t, y
+        return _Expansion(t, y, jnp.zeros_like(t))
 
-    def evaluate(
-        self, automaton: Automaton, mode: Mode, expansion: tuple[Scalar, State], s: Scalar
-    ) -> State:
-        t, y = expansion
-        return self._step(automaton, t, y, mode, s)[0]
+    def delayed(self, expansion: _Expansion, delay: Scalar) -> _Expansion:
+        return expansion._replace(delay=expansion.delay + delay)
+
+    def evaluate(self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar) -> State:
+        t, y, delay = expansion
+        return self._step(automaton, t, y, mode, s - delay)[0]
 
     def _step(
         self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar

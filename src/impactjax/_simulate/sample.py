@@ -48,10 +48,14 @@ def sample(
             lambda column: column[row], (path.t, path.y, log.mode, path.expansion)
         )
 
-        def at(s: Scalar) -> State:
-            return state_within(step, automaton, record.chatters, t, y, mode, expansion, s)
+        begin = jax.lax.stop_gradient(t)
+        delay = t - begin
+        delayed = step.delayed(expansion, delay)
 
-        return jax.vmap(at)(times[block] - t)
+        def at(s: Scalar) -> State:
+            return state_within(step, automaton, record.chatters, t, y, mode, delayed, s, delay)
+
+        return jax.vmap(at)(times[block] - begin)
 
     def column(part: Callable[[State], Array]) -> Samples:
         values = map_rows(

@@ -92,9 +92,17 @@ class TaylorStep(AbstractStep):
         (position, _, *internal), _ = solution_series(field, t, leaves, self.order, unit)
         return self._packed(y, position, internal, unit)
 
+    def delayed(self, expansion: _Expansion, delay: Scalar) -> _Expansion:
+        position, internal, unit = expansion
+        z = delay / jax.lax.stop_gradient(unit)
+        return _Expansion(
+            _delayed(position, z), jax.tree.map(lambda a: _delayed(a, z), internal), unit
+        )
+
     def evaluate(self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar) -> State:
         del automaton, mode
         position, internal, unit = expansion
+        unit = jax.lax.stop_gradient(unit)  # its derivative is zero; here the compiler can see it
         w = s / unit
         place, slope = horner_with_slope(list(position), w)
         return State(place, slope / unit, jax.tree.map(lambda a: horner(list(a), w), internal))
@@ -121,6 +129,22 @@ class TaylorStep(AbstractStep):
         states, (drive, *guards) = solution_series(field, start.t, leaves, self.order, unit)
         position, _, *internal = states
         return position, internal, drive, guards
+
+
+@jax.custom_jvp
+def _delayed(coefficients: Array, z: Scalar) -> Array:
+    """Coefficients of p(w − z) for z = 0, with derivatives by z of any order."""
+    del z
+    return coefficients
+
+
+@_delayed.defjvp
+def _(primals: tuple[Array, Scalar], tangents: tuple[Array, Scalar]) -> tuple[Array, Array]:
+    coefficients, z = primals
+    d_coefficients, d_z = tangents
+    powers = jnp.arange(1, coefficients.shape[0], dtype=coefficients.dtype)
+    slope = jnp.append(powers * coefficients[1:], jnp.zeros_like(z))
+    return coefficients, _delayed(d_coefficients, z) - _delayed(slope, z) * d_z
 
 
 def _first_event(

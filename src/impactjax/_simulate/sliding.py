@@ -1,25 +1,24 @@
-"""Events of dry friction: the sliding direction turns, or the mass sticks and slips."""
+"""Events of resistance: the sliding direction turns, or the mass sticks and slips."""
 
 from typing import ClassVar
 
 import jax.numpy as jnp
 
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._simulate.flow import driven_acceleration
+from impactjax._simulate.flow import driven_acceleration, holding_resistance
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.transition import AbstractTransition, Context, Jump
-from impactjax._types import Code, CoordinateAcceleration, Scalar
+from impactjax._types import Code, Scalar
 
 
-class DryFriction(AbstractTransition):
-    """Sliding ends at zero velocity; sticking ends when the drive exceeds the friction."""
+class Sliding(AbstractTransition):
+    """Sliding ends at zero velocity; sticking ends when the drive exceeds what holds the mass."""
 
-    level: CoordinateAcceleration
     guard_stays_zero: ClassVar[bool] = False
 
     def guard(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
         drive = driven_acceleration(model, t, y, mode)
-        reserve = self.level**2 - drive**2
+        reserve = holding_resistance(model, drive) ** 2 - drive**2
         sliding = mode.friction.astype(y.velocity.dtype) * y.velocity
         active = jnp.where(mode.friction == 0, reserve, sliding)
         on_stop = (mode.phase == Phase.REST) | (mode.phase == Phase.CHATTER)
@@ -35,8 +34,8 @@ class DryFriction(AbstractTransition):
         )
 
     def direction(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Code:
-        """Sign of the sliding velocity that follows from standing still; 0 if friction holds."""
+        """Sign of the sliding velocity that follows from standing still; 0 if the mass is held."""
         drive = driven_acceleration(model, t, y, mode)
         slipping = mode.friction == 0
-        held = ~slipping & (jnp.abs(drive) <= self.level)
+        held = ~slipping & (jnp.abs(drive) <= holding_resistance(model, drive))
         return jnp.where(held, 0, jnp.sign(drive)).astype(jnp.int32)

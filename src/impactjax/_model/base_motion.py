@@ -1,0 +1,44 @@
+"""A base that shakes."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from impactjax._model.parameter import (
+    as_parameter,
+    parameter,
+    raise_if_violated,
+    range_requirements,
+)
+from impactjax._types import AngularFrequency, Length, Ratio, Time
+
+
+class HarmonicMotion(eqx.Module):
+    """A base that moves by amplitude · sin(frequency t + phase), and the stops with it.
+
+    The oscillator's coordinate is counted from the moving base, where the motion acts as the force
+    of inertia: amplitude · frequency² sin(frequency t + phase) per unit of mass. Source: Carter
+    (2005), 2.10, whose text has a cosine where its equation has a sine.
+
+    **Arguments:**
+
+    - `amplitude`: [m].
+    - `frequency`: Ω [rad/s].
+    - `phase`: [rad].
+    """
+
+    amplitude: Length = eqx.field(
+        converter=as_parameter, metadata=parameter("m", at_least=0, known=True)
+    )
+    frequency: AngularFrequency = eqx.field(
+        converter=as_parameter, metadata=parameter("rad/s", above=0, known=True)
+    )
+    phase: Ratio = eqx.field(
+        converter=as_parameter, metadata=parameter("rad", known=True), default=0.0
+    )
+
+    def inertia(self, t: Time) -> Length:
+        """Force of inertia per unit of mass [m/s²], in the direction of the motion."""
+        return self.amplitude * self.frequency**2 * jnp.sin(self.frequency * t + self.phase)
+
+    def __check_init__(self) -> None:
+        raise_if_violated(self, range_requirements(self))

@@ -1,0 +1,81 @@
+"""A pendulum that stands on its pivot, between stops."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from impactjax._model.base_motion import HarmonicMotion
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
+from impactjax._model.pendulum import STANDARD_GRAVITY
+from impactjax._types import (
+    AngularFrequency,
+    Coordinate,
+    CoordinateAcceleration,
+    CoordinateRate,
+    Length,
+    Lever,
+    Mass,
+    Ratio,
+    Time,
+)
+
+
+class InvertedPendulum(AbstractOscillator):
+    """A pendulum whose angle is counted from upright, where gravity drives it away:
+
+    θ″ + 2 ζ ω_n θ′ − ω_n² sin θ + dry_friction sgn θ′ = (A / length) Ω² sin(Ω t + φ) cos θ.
+
+    **Arguments:**
+
+    - `omega_n`: natural frequency of the same pendulum hanging [rad/s].
+    - `zeta`: damping ratio of the same pendulum hanging [1].
+    - `length`: from the pivot to the point of contact [m]; if `None`, that of a point mass on a
+      light rod, g / ω_n².
+    - `mass`: effective mass at the point of contact [kg].
+    - `dry_friction`: deceleration by Coulomb friction [rad/s²]; left out of the physics if `None`.
+    - `base`: horizontal motion of the pivot and the stops; none if `None`.
+    """
+
+    omega_n: AngularFrequency = eqx.field(
+        converter=as_parameter, metadata=parameter("rad/s", above=0)
+    )
+    zeta: Ratio = eqx.field(
+        converter=as_parameter, metadata=parameter("1", at_least=0), default=0.0
+    )
+    length: Length | None = eqx.field(
+        converter=as_optional_parameter,
+        metadata=parameter("m", above=0, known=True),
+        default=None,
+        kw_only=True,
+    )
+    mass: Mass = eqx.field(
+        converter=as_parameter,
+        metadata=parameter("kg", above=0, known=True),
+        default=1.0,
+        kw_only=True,
+    )
+    dry_friction: CoordinateAcceleration | None = eqx.field(
+        converter=as_optional_parameter,
+        metadata=parameter("rad/s²", at_least=0),
+        default=None,
+        kw_only=True,
+    )
+    base: HarmonicMotion | None = eqx.field(default=None, kw_only=True)
+
+    def acceleration(
+        self, t: Time, position: Coordinate, velocity: CoordinateRate
+    ) -> CoordinateAcceleration:
+        free = self.omega_n**2 * jnp.sin(position) - 2 * self.zeta * self.omega_n * velocity
+        if self.base is None:
+            return free
+        return free + self.base.inertia(t) / self.lever() * jnp.cos(position)
+
+    def resistance(self, speed: CoordinateRate) -> CoordinateAcceleration | None:
+        del speed
+        return self.dry_friction
+
+    def lever(self) -> Lever:
+        return STANDARD_GRAVITY / self.omega_n**2 if self.length is None else self.length
+
+    def is_angle(self) -> bool:
+        return True
