@@ -1,5 +1,6 @@
 """Series from the vector field's own program against mpmath's of closed forms."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import mpmath
@@ -139,7 +140,9 @@ def test_what_has_no_series_is_refused_in_words(function, word):
 class Spiked(ij.AbstractOscillator):
     """x'' = -|x|: somebody's own oscillator, without a series."""
 
-    mass: jax.Array
+    mass: jax.Array = eqx.field(
+        converter=ij.as_parameter, metadata=ij.parameter("kg", above=0), default=1.0
+    )
 
     def acceleration(self, t, position, velocity):
         return -jnp.abs(position)
@@ -155,7 +158,7 @@ class Spiked(ij.AbstractOscillator):
 
 
 def test_a_model_without_a_series_takes_a_runge_kutta_step_unless_asked():
-    model = ij.ImpactOscillator(Spiked(jnp.asarray(1.0)))
+    model = ij.ImpactOscillator(Spiked())
     ts = jnp.linspace(0.0, 1.0, 5)
     run = ij.simulate(model, ij.InitialState(1.0), ts)
     np.testing.assert_allclose(run.position, np.cos(ts), atol=1e-7)
