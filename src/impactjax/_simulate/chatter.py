@@ -65,7 +65,9 @@ def tail(model: ImpactOscillator, wall: Wall, law: AbstractImpactLaw, t: Scalar,
     loss = jnp.sqrt(safe_falling / safe_rising)
     ratio = law.restitution(model.oscillator.lever() * speed * loss) * loss
     flight = speed * (1 / safe_rising + loss / safe_falling)
-    return Tail(speed, safe_rising, jnp.where(usable, falling, -jnp.inf), ratio, flight)
+    converges = ratio < 1  # an infinite sum would turn reverse derivatives into NaN
+    falling = jnp.where(usable & converges, falling, -jnp.inf)
+    return Tail(speed, safe_rising, falling, jnp.where(converges, ratio, 0.0), flight)
 
 
 def is_summable(

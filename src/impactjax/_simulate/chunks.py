@@ -23,14 +23,14 @@ def scan_rows(
     body: Callable[[Carry, Row], tuple[Carry, Out]], carry: Carry, rows: Row, used: Array
 ) -> tuple[Carry, Out]:
     """`lax.scan` over the first `used` rows; the rest of the output is zero."""
-    return _scan_chunks(
-        lambda carry, chunk: jax.lax.scan(body, carry, chunk), carry, rows, used, CHUNK
-    )
+    chunk_body = jax.jit(lambda carry, chunk: jax.lax.scan(body, carry, chunk))  # traced once
+    return _scan_chunks(chunk_body, carry, rows, used, CHUNK)
 
 
 def map_rows(function: Callable[[Row], Out], rows: Row, used: Array, size: int) -> Out:
     """`vmap` over the first `used` rows, `size` at a time; the rest of the output is zero."""
 
+    @jax.jit  # so that it is traced once
     def chunk_body(nothing: tuple[()], chunk: Row) -> tuple[tuple[()], Out]:
         return nothing, jax.vmap(function)(chunk)
 

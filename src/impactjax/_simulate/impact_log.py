@@ -10,10 +10,12 @@ from jaxtyping import Array, Bool, Float, Int
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.compliant_stop import PullFree, Surface
-from impactjax._simulate.loop import Log
+from impactjax._simulate.extremes import extremes
+from impactjax._simulate.loop import Log, Record
 from impactjax._simulate.replay import Path
 from impactjax._simulate.rigid_stop import RigidStop
 from impactjax._simulate.state import Phase
+from impactjax._simulate.step import AbstractStep
 
 
 class ImpactLog(eqx.Module):
@@ -24,6 +26,7 @@ class ImpactLog(eqx.Module):
     - `approach_speed`, `separation_speed`: before and after, positive [m/s].
     - `restitution`: their ratio [1].
     - `duration`: of the contact; zero at a rigid stop [s].
+    - `deepest_penetration`, `peak_force`: during the contact; zero at a rigid stop [m], [N].
     - `energy_lost`: kinetic energy before minus after [J].
 
     A contact that outlasts the run has no separation: `complete` is false there, and what needs the
@@ -37,6 +40,8 @@ class ImpactLog(eqx.Module):
     separation_speed: Float[Array, "... impacts"]
     restitution: Float[Array, "... impacts"]
     duration: Float[Array, "... impacts"]
+    deepest_penetration: Float[Array, "... impacts"]
+    peak_force: Float[Array, "... impacts"]
     energy_lost: Float[Array, "... impacts"]
     complete: Bool[Array, "... impacts"]
 
@@ -57,10 +62,10 @@ class _Ends(NamedTuple):
 
 
 def impact_log(
-    model: ImpactOscillator, path: Path, log: Log, max_impacts: int
+    step: AbstractStep, model: ImpactOscillator, path: Path, record: Record, max_impacts: int
 ) -> tuple[ImpactLog, Int[Array, ""]]:
     """The impacts of a lane, and how many there were."""
-    ends = jax.vmap(lambda path, log: _read(model, path, log))(path, log)
+    ends = jax.vmap(lambda path, log: _read(model, path, log))(path, record.log)
     number = jnp.cumsum(ends.begins, dtype=jnp.int32) - 1
     total = number[-1] + 1
     opened = jnp.where(ends.begins, number, max_impacts)
@@ -76,6 +81,7 @@ def impact_log(
     approach = gather(lever * ends.approach_speed, opened)
     separation = gather(lever * ends.separation_speed, closed)
     moving = complete & (approach > 0)
+    penetration, force = extremes(step, model, path, record, number, max_impacts)
     return ImpactLog(
         count=jnp.minimum(total, max_impacts),
         time=time,
@@ -84,6 +90,8 @@ def impact_log(
         separation_speed=separation,
         restitution=jnp.where(moving, separation / jnp.where(moving, approach, 1), 0),
         duration=jnp.where(complete, gather(end_time, closed) - time, 0),
+        deepest_penetration=penetration,
+        peak_force=force,
         energy_lost=jnp.where(complete, mass * (approach**2 - separation**2) / 2, 0),
         complete=complete,
     ), total

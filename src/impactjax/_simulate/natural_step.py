@@ -1,5 +1,8 @@
 """Which step a model takes if nobody says."""
 
+from collections.abc import Hashable
+from functools import cache
+
 import jax
 import jax.numpy as jnp
 
@@ -9,21 +12,28 @@ from impactjax._simulate.runge_kutta import RungeKutta
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.taylor import NotAnalytic
 from impactjax._simulate.taylor_step import TaylorStep
+from impactjax._types import Scalar
 
 
 def natural_step(model: ImpactOscillator) -> AbstractStep:
     """A Taylor step where the equations of motion are analytic, a Runge-Kutta step otherwise."""
-    taylor = TaylorStep()
+    leaves, structure = jax.tree.flatten(model)
+    return TaylorStep() if _is_analytic(structure, len(leaves)) else RungeKutta()
 
-    def expand(model: ImpactOscillator) -> object:
+
+@cache
+def _is_analytic(structure: Hashable, count: int) -> bool:
+    """Whether models of a structure with so many parameters have Taylor series."""
+
+    def expand(*leaves: Scalar) -> object:
+        model = jax.tree.unflatten(structure, leaves)
         number = jnp.zeros(())
         y = with_internal(model, number, number)
         mode, _ = initial_mode(model, number, y)
-        return taylor.expand(Automaton(model), number, y, mode, number)
+        return TaylorStep().expand(Automaton(model), number, y, mode, number)
 
-    one_lane = jax.tree.map(lambda _: jax.ShapeDtypeStruct((), jnp.result_type(float)), model)
     try:
-        jax.eval_shape(expand, one_lane)
+        jax.eval_shape(expand, *[jax.ShapeDtypeStruct((), jnp.result_type(float))] * count)
     except NotAnalytic:
-        return RungeKutta()
-    return taylor
+        return False
+    return True

@@ -15,10 +15,12 @@ from impactjax._results import RESULTS
 from impactjax._simulate.automaton import with_internal
 from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.chunks import CHUNK
+from impactjax._simulate.extremes import nearest_miss
 from impactjax._simulate.impact_log import impact_log
 from impactjax._simulate.loop import Run, record_steps
 from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.replay import differentiable_path
+from impactjax._simulate.rest_log import rest_log
 from impactjax._simulate.sample import sample
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.trajectory import Stats, Trajectory
@@ -125,7 +127,7 @@ def _simulate(
     record = record_steps(step, chatter, max_steps, run)
     path = differentiable_path(step, model, y0, t0, record)
     position, velocity = sample(step, model, path, record, ts)
-    impacts, total = impact_log(model, path, record.log, max_impacts)
+    impacts, total = impact_log(step, model, path, record, max_impacts)
     full = RESULTS.where(total > max_impacts, RESULTS.max_impacts_reached, RESULTS.successful)
     fine = record.result == RESULTS.successful
     known = ts <= record.end.t
@@ -134,6 +136,8 @@ def _simulate(
         position=jnp.where(known, position, jnp.nan),
         velocity=jnp.where(known, velocity, jnp.nan),
         impacts=impacts,
+        rests=rest_log(path, record.log, max_impacts),
+        nearest_miss=nearest_miss(step, model, path, record),
         result=RESULTS.where(fine, full, record.result),
         stats=Stats(jnp.sum(record.log.taken, dtype=jnp.int32)),
     )

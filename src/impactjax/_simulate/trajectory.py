@@ -5,6 +5,7 @@ from jaxtyping import Array, Float, Int
 
 from impactjax._results import RESULTS
 from impactjax._simulate.impact_log import ImpactLog
+from impactjax._simulate.rest_log import RestLog
 
 
 class Stats(eqx.Module):
@@ -20,6 +21,11 @@ class Trajectory(eqx.Module):
     - `position`: the coordinate at these times [rad] or [m].
     - `velocity`: its rate [rad/s] or [m/s].
     - `impacts`: the impact log.
+    - `rests`: when the mass lay on a rigid stop.
+    - `nearest_miss`: how close the mass came to a stop that it did not touch, at the closest turn
+      before one; infinite if it never turned before a stop [m]. Together with the smallest approach
+      speed in the impact log it tells how far the number of impacts is from changing: derivatives
+      hold as long as neither comes to zero.
     - `result`: what became of the lane.
     - `stats`: how much work it was.
 
@@ -31,5 +37,7 @@ class Trajectory(eqx.Module):
     position: Float[Array, "... samples"]
     velocity: Float[Array, "... samples"]
     impacts: ImpactLog
+    rests: RestLog
+    nearest_miss: Float[Array, "..."]
     result: RESULTS
     stats: Stats

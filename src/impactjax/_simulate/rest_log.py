@@ -1,0 +1,47 @@
+"""When the mass lay at rest on a rigid stop."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from impactjax._simulate.loop import Log
+from impactjax._simulate.replay import Path
+from impactjax._simulate.state import Phase
+
+
+class RestLog(eqx.Module):
+    """One row a rest, in order of time; rows from `count` on are zero.
+
+    - `begin`: when the mass comes to rest: the end of an endless series of impacts [s].
+    - `end`: when it is released, or the run ends [s].
+    - `stop`: 0 for the lower stop of a model, 1 for the upper one, if it has both.
+    - `released`: whether the rest ended before the run did.
+    """
+
+    count: Int[Array, "..."]
+    begin: Float[Array, "... rests"]
+    end: Float[Array, "... rests"]
+    stop: Int[Array, "... rests"]
+    released: Bool[Array, "... rests"]
+
+
+def rest_log(path: Path, log: Log, max_rests: int) -> RestLog:
+    """The rests of a lane, as far as there are rows."""
+    rests = log.taken & (log.mode.phase == Phase.REST)
+    before = jnp.concatenate([jnp.zeros(1, bool), rests[:-1]])
+    after = jnp.concatenate([rests[1:], jnp.zeros(1, bool)])
+    number = jnp.cumsum(rests & ~before, dtype=jnp.int32) - 1
+    opened = jnp.where(rests & ~before, number, max_rests)
+    closed = jnp.where(rests & ~after, number, max_rests)
+
+    def gather(values: Array, rows: Array) -> Array:
+        return jnp.zeros(max_rests, values.dtype).at[rows].add(values, mode="drop")
+
+    released = gather((log.event >= 0).astype(jnp.int32), closed)
+    return RestLog(
+        count=jnp.minimum(number[-1] + 1, max_rests),
+        begin=gather(path.t, opened),
+        end=gather(path.t + path.h, closed),
+        stop=gather(log.mode.stop, opened),
+        released=released > 0,
+    )

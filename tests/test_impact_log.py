@@ -1,0 +1,132 @@
+"""What the impact log and the rest log tell, against closed forms."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import impactjax as ij
+
+MASS, OMEGA0, GAMMA, SPEED = 0.02, 700.0, 0.2, 0.8
+
+
+def strike(parameters):
+    """The impact of a free mass on a Kelvin-Voigt stop."""
+    omega0, gamma, speed = parameters
+    model = ij.ImpactOscillator(ij.FreeMass(MASS), ij.Stop(ij.KelvinVoigt(omega0, gamma)))
+    run = ij.simulate(
+        model,
+        ij.InitialState(0.01, -speed),
+        jnp.array([0.0, 0.1]),
+        tolerance=1e-12,
+        max_steps=32,
+        max_impacts=2,
+    )
+    return jnp.stack([run.impacts.deepest_penetration[0], run.impacts.peak_force[0]])
+
+
+PARAMETERS = jnp.array([OMEGA0, GAMMA, SPEED])
+
+
+def exact(parameters):
+    """The same by its formula: the force peaks where ω_d t = arctan(√(1−γ²)(1−4γ²)/(γ(3−4γ²)))."""
+    omega0, gamma, speed = parameters
+    root = jnp.sqrt(1 - gamma**2)
+    rate = omega0 * root
+
+    def motion(t):
+        depth = speed / rate * jnp.exp(-gamma * omega0 * t) * jnp.sin(rate * t)
+        speed_now = speed * jnp.exp(-gamma * omega0 * t) * jnp.cos(rate * t)
+        speed_now -= gamma * omega0 * depth
+        return depth, MASS * omega0 * (omega0 * depth + 2 * gamma * speed_now)
+
+    deepest = motion(jnp.arctan2(root, gamma) / rate)[0]
+    angle = jnp.arctan2(root * (1 - 4 * gamma**2), gamma * (3 - 4 * gamma**2))
+    return jnp.stack([deepest, motion(angle / rate)[1]])
+
+
+def test_deepest_penetration_and_peak_force():
+    np.testing.assert_allclose(strike(PARAMETERS), exact(PARAMETERS), rtol=1e-11)
+
+
+def test_their_derivatives():
+    forward = jax.jit(jax.jacfwd(strike))(PARAMETERS)
+    backward = jax.jit(jax.jacrev(strike))(PARAMETERS)
+    np.testing.assert_allclose(forward, jax.jacfwd(exact)(PARAMETERS), rtol=1e-9)
+    np.testing.assert_allclose(forward, backward, rtol=1e-12)
+
+
+def test_their_second_derivatives():
+    ours = jax.jit(jax.jacfwd(jax.jacfwd(strike)))(PARAMETERS)
+    theirs = jax.jacfwd(jax.jacfwd(exact))(PARAMETERS)
+    scale = jnp.max(jnp.abs(theirs))
+    np.testing.assert_allclose(ours / scale, theirs / scale, atol=1e-9)
+
+
+def test_a_strongly_damped_force_peaks_at_the_touch():
+    peak = strike(jnp.array([OMEGA0, 0.7, SPEED]))[1]
+    np.testing.assert_allclose(peak, MASS * 2 * 0.7 * OMEGA0 * SPEED, rtol=1e-12)
+
+
+def shaken(parameters):
+    """A ball on a floor that shakes slowly enough for it to come to rest and be thrown again."""
+    r, amplitude = parameters
+    base = ij.HarmonicMotion(amplitude, 10.0)
+    model = ij.ImpactOscillator(ij.BouncingBall(base=base), ij.Stop(ij.Restitution(r)))
+    times = jnp.linspace(0.0, 1.2, 13)
+    return ij.simulate(model, ij.InitialState(0.0, 0.1), times, tolerance=1e-11, max_steps=128)
+
+
+def test_rest_ends_when_the_floor_falls_away():
+    """AΩ² sin Ωt = g at release: sin of the first angle beyond rest is g / AΩ²."""
+    parameters = jnp.array([0.3, 0.15])
+    run = jax.jit(shaken)(parameters)
+    assert run.result == ij.RESULTS.successful
+    release = np.arcsin(9.80665 / (0.15 * 100)) / 10
+    assert run.rests.released[0]
+    expected = release if run.rests.begin[0] < release else release + 2 * np.pi / 10
+    np.testing.assert_allclose(run.rests.end[0], expected, rtol=1e-10)
+    slope = jax.jit(jax.jacfwd(lambda p: shaken(p).rests.end[0]))(parameters)
+    ratio = 9.80665 / (0.15 * 100)
+    np.testing.assert_allclose(slope[1], -ratio / 0.15 / 10 / np.sqrt(1 - ratio**2), rtol=1e-8)
+    np.testing.assert_allclose(slope[0], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("r", [0.05, 0.5, 0.9, 0.99])
+def test_a_ball_comes_to_rest_at_the_sum_of_its_flights(r):
+    """T = t1 + 2 r v1 / (g (1 − r)), and its derivative."""
+    height, g = 1e-3 if r > 0.95 else 0.05, 9.80665
+
+    def rest(r):
+        run = drop(r, height)
+        return run.rests.begin[0]
+
+    first = np.sqrt(2 * height / g)
+    expected = first + 2 * r * first / (1 - r)
+    slope = 2 * first / (1 - r) ** 2
+    value, derivative = jax.jvp(rest, (r,), (1.0,))
+    np.testing.assert_allclose(value, expected, atol=1e-9)
+    np.testing.assert_allclose(derivative, slope, atol=1e-8)
+    run = drop(r, height)
+    assert np.all(run.position >= 0)
+
+
+@jax.jit
+def drop(r, height):
+    model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(r)))
+    return ij.simulate(
+        model,
+        ij.InitialState(height),
+        jnp.linspace(0.0, 5.0, 501),
+        tolerance=1e-11,
+        max_steps=1024,
+        max_impacts=900,
+    )
+
+
+def test_the_nearest_miss_of_a_swing_is_its_turning_point():
+    """An undamped swing of 0.1 m turns 0.02 m before a stop at −0.12 m."""
+    model = ij.ImpactOscillator(ij.LinearOscillator(10.0), ij.Stop(ij.Restitution(0.5), gap=0.12))
+    run = ij.simulate(model, ij.InitialState(0.1), jnp.linspace(0.0, 2.0, 11), tolerance=1e-12)
+    assert run.impacts.count == 0
+    np.testing.assert_allclose(run.nearest_miss, 0.02, rtol=1e-10)
