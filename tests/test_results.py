@@ -1,0 +1,131 @@
+"""Every way a lane may end is reached, is said in words, and disturbs no other lane."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+import impactjax as ij
+from impactjax._simulate import taylor_step
+from impactjax._simulate.crossing import Crossing
+
+TIMES = np.linspace(0.0, 1.0, 6)
+RESULTS = ij.RESULTS
+
+# One lane of each kind in one batch: omega_n, r0, alpha, gap, x0, v0, tolerance, last time.
+LANES = {
+    "successful": (13.0, 0.6, 0.1, 0.0, 0.2, 0.1, 1e-8, 1.0),
+    "max_steps_reached": (4000.0, 1.0, 0.0, 0.0, 0.2, 0.1, 1e-8, 1.0),
+    "max_impacts_reached": (40.0, 0.9, 0.0, 0.0, 0.2, 0.1, 1e-5, 1.0),
+    "starts_inside_stop": (13.0, 0.6, 0.1, 0.0, -0.2, 0.1, 1e-8, 1.0),
+    "times_out_of_order": (13.0, 0.6, 0.1, 0.0, 0.2, 0.1, 1e-8, 0.1),
+    "impossible_parameters": (13.0, 1.6, 0.1, 0.0, 0.2, 0.1, 1e-8, 1.0),
+    "restitution_out_of_range": (13.0, 0.6, 0.5, 0.0, 0.2, 0.1, 1e-8, 1.0),
+    "tolerance_too_small": (13.0, 0.6, 0.1, 0.0, 0.2, 0.1, 1e-16, 1.0),
+    "non_finite": (13.0, 0.6, 0.1, 0.0, 0.2, np.inf, 1e-8, 1.0),
+}
+
+
+@jax.jit
+@jax.vmap
+def run_lanes(lane):
+    omega_n, r0, alpha, gap, position, velocity, tolerance, last = lane
+    model = ij.ImpactOscillator(
+        ij.LinearOscillator(omega_n), ij.Stop(ij.LinearRestitution(r0, alpha), gap)
+    )
+    return ij.simulate(
+        model,
+        ij.InitialState(position, velocity),
+        jnp.asarray(TIMES).at[-1].set(last),
+        t0=0.0,
+        tolerance=tolerance,
+        max_steps=128,
+        max_impacts=8,
+    )
+
+
+def one_of_each():
+    return run_lanes(jnp.array(list(LANES.values())))
+
+
+def lane(run, i):
+    return jax.tree.map(lambda x: x[i], run)
+
+
+def test_each_lane_says_what_became_of_it():
+    run = one_of_each()
+    for i, name in enumerate(LANES):
+        result = lane(run.result, i)
+        assert result == getattr(RESULTS, name), (name, RESULTS[result])
+
+
+def test_failing_lanes_leave_the_others_bitwise_unchanged():
+    good = LANES["successful"]
+    among_good = run_lanes(jnp.array([good] * len(LANES)))
+    among_bad = one_of_each()
+    for alone, among in zip(
+        jax.tree.leaves(lane(among_good, 0)), jax.tree.leaves(lane(among_bad, 0)), strict=True
+    ):
+        np.testing.assert_array_equal(alone, among)
+
+
+def test_samples_after_the_failure_are_nan_and_those_before_are_right():
+    run = one_of_each()
+    names = list(LANES)
+    right = run.position[names.index("successful")]
+    unharmed = names.index("max_impacts_reached")
+    assert np.all(np.isfinite(run.position[unharmed]))
+    failed = names.index("restitution_out_of_range")
+    assert np.all(np.isnan(run.position[failed][1:]))
+    assert run.position[failed][0] == right[0]
+    for name in ("starts_inside_stop", "impossible_parameters", "tolerance_too_small"):
+        assert np.all(np.isnan(run.position[names.index(name)][1:]))
+
+
+class _Runaway(ij.AbstractOscillator):
+    """x'' = 6 x²: from x = 1, x' = 2 it is (1 - t)⁻², infinite at t = 1."""
+
+    mass: Array = eqx.field(
+        converter=ij.as_parameter, metadata=ij.parameter("kg", above=0), default=1.0
+    )
+
+    def acceleration(self, t, position, velocity):
+        return 6 * position**2
+
+    def resistance(self, speed):
+        return None
+
+    def lever(self):
+        return jnp.ones_like(self.mass)
+
+    def is_angle(self):
+        return False
+
+
+def test_a_step_that_sees_no_stop_is_caught(monkeypatch):
+    def nothing(coefficients, settle, margin=0.0):
+        return Crossing(jnp.full_like(coefficients[0], jnp.inf), jnp.zeros_like(settle))
+
+    monkeypatch.setattr(taylor_step, "first_crossing", nothing)
+    model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.5)))
+    run = ij.simulate(model, ij.InitialState(0.1), TIMES, step=ij.TaylorStep(order=9))
+    assert run.result == RESULTS.stopped_through
+    assert np.all(np.isnan(run.position[-2:]))
+
+
+def test_a_run_into_infinity_says_that_the_step_became_too_small():
+    model = ij.ImpactOscillator(_Runaway())
+    run = ij.simulate(model, ij.InitialState(1.0, 2.0), 2 * TIMES, max_steps=4096)
+    assert run.result == RESULTS.step_too_small
+    np.testing.assert_allclose(run.position[:3], 1 / (1 - 2 * TIMES[:3]) ** 2, rtol=1e-6)
+    assert np.all(np.isnan(run.position[-2:]))
+
+
+def test_each_result_is_reached_above_and_names_the_next_thing_to_try():
+    reached = [*LANES, "stopped_through", "step_too_small"]
+    messages = {RESULTS[getattr(RESULTS, name)] for name in reached}
+    assert len(messages) == len(RESULTS)
+    for message in messages - {"successful"}:
+        assert message.endswith(".")
+        assert len(message.split()) > 8
