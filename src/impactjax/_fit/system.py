@@ -75,7 +75,7 @@ def replaced(system: System, names: Sequence[str], values: Sequence[ArrayLike]) 
     """The system with some parameters set."""
     known = handles(system)
     return eqx.tree_at(
-        lambda each: [known[name].get(each) for name in names],
+        lambda each: [reduce(getattr, known[name].path, each) for name in names],
         system,
         [jnp.asarray(value) for value in values],
     )
