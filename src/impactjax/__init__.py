@@ -25,23 +25,37 @@ from impactjax._measure.recording import ImpactTimes as ImpactTimes
 from impactjax._measure.recording import Recording as Recording
 from impactjax._measure.sensor import Sensor as Sensor
 from impactjax._model.bouncing_ball import BouncingBall as BouncingBall
+from impactjax._model.equivalents import Equivalents as Equivalents
 from impactjax._model.free_mass import FreeMass as FreeMass
+from impactjax._model.hertz import Hertz as Hertz
+from impactjax._model.hertz_dashpot import HertzDashpot as HertzDashpot
+from impactjax._model.hunt_crossley import HuntCrossley as HuntCrossley
 from impactjax._model.impact_oscillator import ImpactOscillator as ImpactOscillator
 from impactjax._model.kelvin_voigt import KelvinVoigt as KelvinVoigt
+from impactjax._model.kelvin_voigt_linear_restitution import (
+    KelvinVoigtLinearRestitution as KelvinVoigtLinearRestitution,
+)
 from impactjax._model.law import AbstractForceLaw as AbstractForceLaw
 from impactjax._model.law import AbstractImpactLaw as AbstractImpactLaw
+from impactjax._model.law import AbstractMemorylessLaw as AbstractMemorylessLaw
 from impactjax._model.linear_oscillator import LinearOscillator as LinearOscillator
 from impactjax._model.linear_restitution import LinearRestitution as LinearRestitution
+from impactjax._model.maxwell import Maxwell as Maxwell
 from impactjax._model.oscillator import AbstractOscillator as AbstractOscillator
 from impactjax._model.parameter import as_optional_parameter as as_optional_parameter
 from impactjax._model.parameter import as_parameter as as_parameter
 from impactjax._model.parameter import parameter as parameter
 from impactjax._model.pendulum import Pendulum as Pendulum
+from impactjax._model.power_law import PowerLaw as PowerLaw
+from impactjax._model.power_restitution import PowerRestitution as PowerRestitution
+from impactjax._model.pust_peterka import PustPeterka as PustPeterka
 from impactjax._model.restitution import Restitution as Restitution
 from impactjax._model.separation import AbstractSeparation as AbstractSeparation
 from impactjax._model.separation import AtZeroForce as AtZeroForce
 from impactjax._model.separation import AtZeroPenetration as AtZeroPenetration
+from impactjax._model.simon import Simon as Simon
 from impactjax._model.stop import Stop as Stop
+from impactjax._model.walton import Walton as Walton
 from impactjax._results import RESULTS as RESULTS
 from impactjax._simulate.chatter import Chatter as Chatter
 from impactjax._simulate.impact_log import ImpactLog as ImpactLog

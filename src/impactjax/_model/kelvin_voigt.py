@@ -4,20 +4,29 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import ArrayLike
 
-from impactjax._model.law import AbstractForceLaw
+from impactjax._model.equivalents import Equivalents, equivalents
+from impactjax._model.law import AbstractMemorylessLaw
+from impactjax._model.linear_contact import (
+    arc_ratio,
+    damping_ratio,
+    damping_ratio_without_pull,
+    decay,
+    half_turn,
+)
 from impactjax._model.parameter import as_parameter, parameter
-from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
+from impactjax._model.separation import AbstractSeparation, AtZeroForce, AtZeroPenetration
 from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
 
 
-class KelvinVoigt(AbstractForceLaw):
+class KelvinVoigt(AbstractMemorylessLaw):
     """Linear spring and dashpot in parallel: F = m (ω0² δ + 2 γ ω0 δ′).
 
-    With separation at zero penetration and no other force, γ < 1: restitution
-    r = exp(−π γ / √(1 − γ²)) at every speed, contact duration π / (ω0 √(1 − γ²)).
-    With γ ≥ 1 the mass does not come back to zero penetration in finite time.
+    If no other force acts, restitution and duration T do not depend on the speed. With separation
+    at zero penetration r = exp(−π γ/√(1 − γ²)) and T = π/(ω0 √(1 − γ²)); for γ ≥ 1 the mass does
+    not come back. With separation at zero force r = exp(−2 γ A) and T = 2 A/ω0, where
+    A = arccos γ/√(1 − γ²) for γ < 1 and arcosh γ/√(γ² − 1) beyond.
 
-    Source: Carter (2005), 3.15 to 3.21.
+    Source: Carter (2005), 3.15 to 3.21; Schwager & Pöschel, Granular Matter 9, 465 (2007).
 
     **Arguments:**
 
@@ -33,21 +42,37 @@ class KelvinVoigt(AbstractForceLaw):
     separation: AbstractSeparation = eqx.field(default=AtZeroPenetration(), kw_only=True)
 
     @staticmethod
-    def from_restitution(omega0: ArrayLike, r: ArrayLike) -> "KelvinVoigt":
-        """The law with a given coefficient of restitution: γ = −ln r / √(π² + ln² r) (3.43)."""
-        loss = jnp.log(jnp.asarray(r))
-        return KelvinVoigt(omega0=omega0, gamma=-loss / jnp.sqrt(jnp.pi**2 + loss**2))
-
-    def touch(self, speed: Speed, mass: Mass) -> tuple[()]:
-        del speed, mass
-        return ()
+    def from_restitution(
+        omega0: ArrayLike, r: ArrayLike, *, separation: AbstractSeparation = AtZeroPenetration()
+    ) -> "KelvinVoigt":
+        """The law with a given coefficient of restitution, at every speed."""
+        without_pull = isinstance(separation, AtZeroForce)
+        inverse = damping_ratio_without_pull if without_pull else damping_ratio
+        return KelvinVoigt(omega0, inverse(as_parameter(r)), separation=separation)
 
     def force(self, penetration: Length, rate: Speed, internal: tuple[()], mass: Mass) -> Force:
         del internal
         return mass * self.omega0 * (self.omega0 * penetration + 2 * self.gamma * rate)
 
-    def internal_rate(
-        self, penetration: Length, rate: Speed, internal: tuple[()], mass: Mass
-    ) -> tuple[()]:
-        del penetration, rate, mass
-        return internal
+    def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
+        """What an impact at a speed [m/s] of a mass [kg] comes to, in closed form."""
+        v, m = as_parameter(speed), as_parameter(mass)
+        return kelvin_voigt_equivalents(self.omega0, self.gamma, self.separation, v, m)
+
+
+def kelvin_voigt_equivalents(
+    omega0: AngularFrequency, gamma: Ratio, separation: AbstractSeparation, v: Speed, m: Mass
+) -> Equivalents:
+    """Equivalents of an impact at speed v of a mass m."""
+    arc, turn = arc_ratio(gamma), half_turn(gamma)
+    duration = 2 * arc if isinstance(separation, AtZeroForce) else turn
+    force_rises = gamma < 1 / 2
+    later = decay(gamma, jnp.where(force_rises, 3 * arc - turn, 0))
+    return equivalents(
+        v,
+        m,
+        restitution=decay(gamma, duration),
+        duration=duration / omega0,
+        deepest=v / omega0 * decay(gamma, arc),
+        peak=m * v * omega0 * jnp.where(force_rises, later, 2 * gamma),
+    )

@@ -49,4 +49,20 @@ class AbstractForceLaw(eqx.Module):
         raise_if_violated(self, range_requirements(self))
 
 
+class AbstractMemorylessLaw(AbstractForceLaw):
+    """A compliant stop whose force follows from penetration and rate alone."""
+
+    def touch(self, speed: Speed, mass: Mass) -> tuple[()]:
+        """No internal state."""
+        del speed, mass
+        return ()
+
+    def internal_rate(
+        self, penetration: Length, rate: Speed, internal: tuple[()], mass: Mass
+    ) -> tuple[()]:
+        """No internal state."""
+        del penetration, rate, mass
+        return internal
+
+
 AbstractLaw = AbstractImpactLaw | AbstractForceLaw

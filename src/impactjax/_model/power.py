@@ -1,0 +1,42 @@
+"""The family of force laws F = k δⁿ + c δᵖ |δ′|^q sgn δ′, as one function."""
+
+from typing import TypeAlias
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from impactjax._types import Force, Length, Speed
+
+Coefficient: TypeAlias = Float[Array, "..."]  # its unit follows from the exponents
+Exponent: TypeAlias = Float[Array, "..."] | float | int
+
+
+def power_force(
+    penetration: Length,
+    rate: Speed,
+    k: Coefficient,
+    c: Coefficient,
+    n: Exponent,
+    p: Exponent,
+    q: Exponent,
+) -> Force:
+    """F = k δⁿ + c δᵖ |δ′|^q sgn δ′; analytic if the exponents are plain integers."""
+    return k * power(penetration, n) + c * power(penetration, p) * odd_power(rate, q)
+
+
+def power(x: Float[Array, "..."], exponent: Exponent) -> Float[Array, "..."]:
+    """xⁿ where x > 0 and zero elsewhere; for a plain integer n the polynomial, everywhere."""
+    if isinstance(exponent, int):
+        return x**exponent
+    # Contact begins at x = 0, where some derivative of xⁿ is infinite; even in a branch that is not
+    # taken it would turn gradients into NaN. Here all derivatives are zero instead.
+    inside = x > 0
+    safe = jnp.where(inside, x, jnp.ones_like(x))
+    return jnp.where(inside, safe**exponent, jnp.zeros_like(x))
+
+
+def odd_power(x: Float[Array, "..."], exponent: Exponent) -> Float[Array, "..."]:
+    """|x|^q sgn x."""
+    if isinstance(exponent, int) and exponent % 2 == 1:
+        return x**exponent
+    return jnp.sign(x) * power(jnp.abs(x), exponent)

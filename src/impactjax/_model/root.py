@@ -1,0 +1,35 @@
+"""Roots with exact derivatives."""
+
+from collections.abc import Callable
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, PyTree
+
+_ITERATIONS = 12  # more than any use needs: Newton's method converges from one side
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def root(
+    residual: Callable[..., Float[Array, "..."]], start: Float[Array, "..."], parameters: PyTree
+) -> Float[Array, "..."]:
+    """The root x of residual(x, parameters), elementwise, by Newton's method from `start`.
+
+    Derivatives of any order follow from the implicit function theorem.
+    """
+
+    def improve(_: int, x: Float[Array, "..."]) -> Float[Array, "..."]:
+        value, slope = jax.jvp(lambda x: residual(x, parameters), (x,), (jnp.ones_like(x),))
+        return x - value / slope
+
+    return jax.lax.fori_loop(0, _ITERATIONS, improve, start)
+
+
+@root.defjvp
+def _(residual: Callable, primals: tuple, tangents: tuple) -> tuple:
+    start, parameters = primals
+    x = root(residual, start, parameters)
+    _, slope = jax.jvp(lambda x: residual(x, parameters), (x,), (jnp.ones_like(x),))
+    _, change = jax.jvp(lambda p: residual(x, p), (parameters,), (tangents[1],))
+    return x, -change / slope
