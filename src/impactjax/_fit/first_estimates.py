@@ -82,12 +82,10 @@ def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
 def _initial(ts: np.ndarray, values: np.ndarray, noise: float, gap: float) -> InitialState:
     """Position and velocity at the first sample, from a parabola through the first few."""
     count = min(len(ts), max(5, 20 if noise > 0 else 5))
-    slope, level = (
-        np.polynomial.Polynomial.fit(ts[:count] - ts[0], values[:count] - gap, min(2, count - 1))
-        .convert()
-        .coef[[1, 0]]
+    parabola = np.polynomial.Polynomial.fit(
+        ts[:count] - ts[0], values[:count] - gap, min(2, count - 1)
     )
-    return InitialState(level, slope)
+    return InitialState(parabola(0.0), parabola.deriv()(0.0))
 
 
 def _swinging(

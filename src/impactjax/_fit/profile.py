@@ -162,9 +162,10 @@ def _rises(
 def _start(estimate: Estimate, ranges: list[Range], walk: _Walk, value: float) -> np.ndarray:
     """Where the others are expected if one parameter is held."""
     values, covariance = np.asarray(estimate.values), np.asarray(estimate.covariance)
-    follow = covariance[:, walk.parameter] / covariance[walk.parameter, walk.parameter]
-    follow = np.where(np.isfinite(follow), follow, 0.0)
-    start = values + follow * (value - walk.centre)
+    together = covariance[:, walk.parameter]
+    variance = together[walk.parameter]
+    known = 0 < variance < math.inf
+    start = values + (together / variance * (value - walk.centre) if known else 0.0)
     nearest = [1e-3 if allowed.excludes_low else 0.0 for allowed in ranges]
     lowest = [
         allowed.low + near * (value - allowed.low) if near else allowed.low

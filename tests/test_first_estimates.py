@@ -1,0 +1,102 @@
+"""What is read off a recording before any fit: near the truth, and never out of range."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import impactjax as ij
+from impactjax._fit.first_estimates import first_estimates
+from impactjax._fit.laws import LAWS
+from impactjax._fit.oscillators import OSCILLATORS
+from reference import simulate_rigid
+
+DEGREE = math.pi / 180
+
+TS = np.linspace(0.0, 2.0, 2001)
+NOISE = np.random.default_rng(5).standard_normal(2001)
+
+
+def seen(values, quantity, oscillator, ts=TS):
+    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(values), quantity)
+    return first_estimates(recording, oscillator)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3, 1e-2])
+@pytest.mark.parametrize(("omega", "zeta"), [(10.0, 0.01), (20.0, 0.1), (30.0, 0.002)])
+def test_free_swing(omega, zeta, noise):
+    root = omega * math.sqrt(1 - zeta**2)
+    values = 0.2 * np.exp(-zeta * omega * TS) * np.cos(root * TS) + noise * NOISE
+    found = seen(values, ij.Displacement(), ij.LinearOscillator(1.0))
+    assert found.swings_freely
+    assert isinstance(found.oscillator, ij.LinearOscillator)
+    assert float(found.oscillator.omega_n) == pytest.approx(omega, rel=0.02)
+    assert float(found.oscillator.zeta) == pytest.approx(zeta, rel=0.2, abs=4e-3)
+    assert float(found.initial.position) == pytest.approx(0.2, abs=4 * noise + 1e-3)
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-3])
+@pytest.mark.parametrize("r", [0.4, 0.6, 0.9])
+def test_impacting_pendulum(r, noise):
+    omega = 13.47
+
+    def flow(t, y):
+        return np.array([y[1], -(omega**2) * np.sin(y[0])])
+
+    run = simulate_rigid(flow, [45 * DEGREE, 0.0], TS[:1401], lambda speed: r)
+    values = run.position + noise * NOISE[:1401]
+    found = seen(values, ij.Angle(), ij.Pendulum(1.0, length=0.07), TS[:1401])
+    assert not found.swings_freely
+    assert isinstance(found.oscillator, ij.Pendulum)
+    assert float(found.oscillator.omega_n) == pytest.approx(omega, rel=0.03)
+    assert found.restitution == pytest.approx(r, abs=0.05)
+    assert found.speeds[0] == pytest.approx(0.07 * run.approach[0], rel=0.05)
+
+
+def test_impact_times():
+    r, speed, gravity = 0.8, 1.5, 9.80665
+    times = 2 * speed / gravity * (1 - r ** np.arange(9)) / (1 - r)
+    found = first_estimates(ij.ImpactTimes(jnp.asarray(times)), ij.BouncingBall())
+    assert found.restitution == pytest.approx(r, rel=1e-9)
+    assert found.restitution_line == pytest.approx((r, 0.0), abs=1e-9)
+    assert float(found.initial.velocity) == pytest.approx(speed, rel=1e-9)
+    with pytest.raises(ValueError, match="needs a bouncing ball"):
+        first_estimates(ij.ImpactTimes(jnp.asarray(times)), ij.FreeMass())
+
+
+SHAPES = st.sampled_from([np.cumsum, np.sort, np.abs, np.asarray, np.round])
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    count=st.integers(2, 60),
+    size=st.floats(1e-6, 1e3),
+    shape=SHAPES,
+    oscillator=st.sampled_from(["pendulum", "linear-oscillator", "bouncing-ball", "free-mass"]),
+    gap=st.floats(-1, 1),
+)
+def test_any_recording_gives_values_in_range(seed, count, size, shape, oscillator, gap):
+    generator = np.random.default_rng(seed)
+    ts = np.cumsum(generator.uniform(1e-3, 1e-2, count))
+    moving = OSCILLATORS[oscillator]({}, False)
+    quantity = ij.Angle() if moving.is_angle() else ij.Displacement()
+    values = size * shape(generator.standard_normal(count))
+    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(values), quantity)
+    found = first_estimates(recording, moving, gap)
+    assert np.all(np.isfinite(found.speeds))
+    assert np.all(np.isfinite([found.initial.position, found.initial.velocity]))
+    for law in LAWS.values():
+        ij.ImpactOscillator(found.oscillator, ij.Stop(law(found)))  # raises out of range
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(2, 20))
+def test_any_impact_times_give_values_in_range(seed, count):
+    times = np.cumsum(np.random.default_rng(seed).uniform(1e-6, 1, count))
+    found = first_estimates(ij.ImpactTimes(jnp.asarray(times)), ij.BouncingBall())
+    for law in LAWS.values():
+        ij.ImpactOscillator(found.oscillator, ij.Stop(law(found)))
