@@ -5,7 +5,7 @@ from functools import partial
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, PyTree
+from jaxtyping import Array, Float, Int, PyTree
 
 _ITERATIONS = 12  # more than any use needs: Newton's method converges from one side
 
@@ -19,7 +19,7 @@ def root(
     Derivatives of any order follow from the implicit function theorem.
     """
 
-    def improve(_: int, x: Float[Array, "..."]) -> Float[Array, "..."]:
+    def improve(_: Int[Array, ""], x: Float[Array, "..."]) -> Float[Array, "..."]:
         value, slope = jax.jvp(lambda x: residual(x, parameters), (x,), (jnp.ones_like(x),))
         return x - value / slope
 
