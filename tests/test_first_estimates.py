@@ -5,7 +5,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import impactjax as ij
@@ -79,6 +79,9 @@ SHAPES = st.sampled_from([np.cumsum, np.sort, np.abs, np.asarray, np.round])
     oscillator=st.sampled_from(["pendulum", "linear-oscillator", "bouncing-ball", "free-mass"]),
     gap=st.floats(-1, 1),
 )
+@example(1415, 13, 3.0, np.cumsum, "pendulum", 1.0)  # impacts of one speed
+@example(1415, 12, 1.0, np.cumsum, "pendulum", 0.0)  # flights that stay below the stop
+@example(1151296, 2, 1.0, np.round, "pendulum", 0.0)  # a quantised record that begins at rest
 def test_any_recording_gives_values_in_range(seed, count, size, shape, oscillator, gap):
     generator = np.random.default_rng(seed)
     ts = np.cumsum(generator.uniform(1e-3, 1e-2, count))

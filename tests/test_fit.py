@@ -10,23 +10,9 @@ import pytest
 from scipy import optimize, stats
 
 import impactjax as ij
-
-SMALL = ij.Simulation(max_steps=32, max_impacts=8)
-
+from estimates import SMALL, TS, line, swing
 
 # A free mass is a straight line: all of linear regression is known in closed form.
-
-TS = np.linspace(0.5, 2.0, 31)
-
-
-@functools.cache
-def line() -> tuple[np.ndarray, ij.Estimate]:
-    values = 0.3 + 0.7 * TS + 0.05 * np.random.default_rng(1).standard_normal(31)
-    recording = ij.Recording(jnp.asarray(TS), jnp.asarray(values), ij.Displacement())
-    model = ij.ImpactOscillator(ij.FreeMass())
-    return values, ij.fit(
-        model, recording, initial=ij.InitialState(0.0), starts=ij.Starts(4), simulation=SMALL
-    )
 
 
 def test_straight_line_has_the_textbook_answer():
@@ -182,25 +168,6 @@ def test_impact_times_give_restitution_in_closed_form():
 
 
 # Which parameters a record tells: a damped swing that never reaches its stop.
-
-
-@functools.cache
-def swing() -> ij.Estimate:
-    ts = np.linspace(0.0, 1.0, 41)
-    values = np.cos(5 * ts) + 0.01 * np.random.default_rng(3).standard_normal(41)
-    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(values), ij.Displacement())
-    model = ij.ImpactOscillator(
-        ij.LinearOscillator(5.1, 0.01), ij.Stop(ij.Restitution(0.5), gap=2.0)
-    )
-    found = ij.fit(
-        model,
-        recording,
-        initial=ij.InitialState(0.9),
-        fixed=("x_dot0",),
-        starts=ij.Starts(4),
-        simulation=SMALL,
-    )
-    return ij.profiled(found, lanes=4)
 
 
 @pytest.mark.parametrize(

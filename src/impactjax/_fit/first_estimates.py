@@ -15,6 +15,7 @@ from impactjax._simulate.simulate import InitialState
 
 _PROMINENCE = 6.0  # of an extremum, in sizes of the noise
 _USUAL_RESTITUTION = 0.6
+_DIFFERENT = 1e-3  # relative range of the speeds that a line needs
 _CONTACT_SAMPLES = 4  # guess of a contact's duration
 
 
@@ -44,7 +45,8 @@ class FirstEstimates(NamedTuple):
     @property
     def restitution_line(self) -> tuple[float, float]:
         """r0 and α of a straight line through the impacts, r = r0 − α v."""
-        if self.restitutions.size < 3:
+        differ = self.speeds.size > 2 and np.ptp(self.speeds) > _DIFFERENT * self.speeds.max()
+        if not differ:
             return self.restitution, 0.0
         slope, level = np.polyfit(self.speeds, self.restitutions, 1)
         if not 0.02 < level < 0.98:
@@ -132,8 +134,9 @@ def _impacting(
     speeds = _speeds(oscillator, heights)
     last = len(heights) - (0 if _has_turned(smooth, bounds[-2]) else 1)
     usable = speeds[:last]
-    ratios = usable[1:] / usable[:-1]
-    return FirstEstimates(oscillator, initial, usable[:-1], ratios, contact, False)
+    moving = usable[:-1] > 0
+    before, after = usable[:-1][moving], usable[1:][moving]
+    return FirstEstimates(oscillator, initial, before, after / before, contact, False)
 
 
 def _has_turned(smooth: np.ndarray, begin: int) -> bool:

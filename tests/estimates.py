@@ -1,0 +1,42 @@
+"""Small fits that several tests look at, each made once."""
+
+import functools
+
+import jax.numpy as jnp
+import numpy as np
+
+import impactjax as ij
+
+SMALL = ij.Simulation(max_steps=32, max_impacts=8)
+TS = np.linspace(0.5, 2.0, 31)
+
+
+@functools.cache
+def line() -> tuple[np.ndarray, ij.Estimate]:
+    """A noisy straight line, fitted by a free mass."""
+    values = 0.3 + 0.7 * TS + 0.05 * np.random.default_rng(1).standard_normal(31)
+    recording = ij.Recording(jnp.asarray(TS), jnp.asarray(values), ij.Displacement())
+    model = ij.ImpactOscillator(ij.FreeMass())
+    return values, ij.fit(
+        model, recording, initial=ij.InitialState(0.0), starts=ij.Starts(4), simulation=SMALL
+    )
+
+
+@functools.cache
+def swing() -> ij.Estimate:
+    """A noisy undamped swing, fitted with damping and with a stop that it never reaches."""
+    ts = np.linspace(0.0, 1.0, 41)
+    values = np.cos(5 * ts) + 0.01 * np.random.default_rng(3).standard_normal(41)
+    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(values), ij.Displacement())
+    model = ij.ImpactOscillator(
+        ij.LinearOscillator(5.1, 0.01), ij.Stop(ij.Restitution(0.5), gap=2.0)
+    )
+    found = ij.fit(
+        model,
+        recording,
+        initial=ij.InitialState(0.9),
+        fixed=("x_dot0",),
+        starts=ij.Starts(4),
+        simulation=SMALL,
+    )
+    return ij.profiled(found, lanes=4)

@@ -1,0 +1,171 @@
+"""The report is one page that needs nothing else, and a browser has nothing to complain of."""
+
+import re
+from html.parser import HTMLParser
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import impactjax as ij
+from browser import look, needs_browser
+from estimates import SMALL, line, swing
+from impactjax._report.document import document
+from impactjax._report.page import page
+from impactjax._report.units import interval, with_error
+from impactjax._report.words import sentences
+
+HOSTILE = '<script>alert("x")</script>&amp; \'"[bold]'
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _matplotlib_and_numpy_promote():
+    with jax.numpy_dtype_promotion("standard"):
+        yield
+
+
+@pytest.fixture(scope="module")
+def bounces() -> ij.Estimate:
+    times = 0.3 + 0.3 * (1 - 0.8 ** np.arange(9)) / 0.2
+    times = times + 1e-4 * np.random.default_rng(2).standard_normal(9)
+    model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.7)))
+    start = ij.InitialState(0.0, 1.4)
+    return ij.fit(model, ij.ImpactTimes(jnp.asarray(times)), initial=start, simulation=SMALL)
+
+
+@pytest.fixture(scope="module")
+def fits(bounces) -> list[tuple[str, ij.Fitted]]:
+    return [
+        (HOSTILE, ij.Fitted("restitution", False, swing(), 1.5)),
+        ("a/line.csv", ij.Fitted("none", False, line()[1], 0.5)),
+        ("a/line.csv", ij.Fitted("none", True, line()[1], 0.5)),
+        ("bounces.csv", ij.Fitted("restitution", False, bounces, 0.5)),
+    ]
+
+
+@pytest.fixture(scope="module")
+def text(fits) -> str:
+    return page(fits, f"impactjax fit '{HOSTILE}'", 7)
+
+
+class Tags(HTMLParser):
+    def __init__(self, text: str) -> None:
+        HTMLParser.__init__(self)
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+
+
+def test_the_page_loads_nothing(text):
+    for tag, attributes in Tags(text).found:
+        assert tag not in ("script", "iframe", "object", "embed", "base"), tag
+        for name in ("src", "href", "srcset", "data", "action"):
+            assert (attributes.get(name) or "data:").startswith("data:"), (tag, attributes)
+    style = re.sub(r'"data:[^"]*"', "", text)
+    assert not re.search(r"https?:|//[a-z]|url\(|@import", style)
+
+
+def test_every_image_is_inside_and_has_words_for_those_who_cannot_see_it(text):
+    images = [attributes for tag, attributes in Tags(text).found if tag == "img"]
+    assert len(images) == 3 + 2 + 3
+    for attributes in images:
+        assert (attributes["src"] or "").startswith("data:image/png;base64,iVBORw0KGgo")
+        assert len(attributes["alt"] or "") > 15
+    assert len({attributes["alt"] for attributes in images}) == len(images)
+
+
+def test_names_from_outside_stay_text(text):
+    assert "<script" not in text
+    assert "&lt;script&gt;" in text
+
+
+def test_the_page_says_all_numbers_and_verdicts(text, fits):
+    plain = re.sub(r"<[^>]*>", " ", text)
+    for _, fitted in fits:
+        estimate = fitted.estimate
+        for i, name in enumerate(estimate.names):
+            error = float(estimate.standard_errors[i])
+            assert name in plain
+            assert with_error(float(estimate.values[i]), error) in plain
+            assert interval(float(estimate.low[i]), float(estimate.high[i]), error) in plain
+    for word in ("identified", "one-sided", "not identified", "converged", "seed 7", "rad/s"):
+        assert word in plain
+
+
+@needs_browser
+@pytest.mark.parametrize("width", [1200, 500])
+def test_a_browser_shows_it_all(text, tmp_path, width):
+    seen = look(text, tmp_path, width)
+    assert len(seen.images) == 8
+    assert min(seen.images) > 1000
+    assert seen.console == []
+    assert seen.overflow == 0
+
+
+@needs_browser
+def test_the_browser_would_complain(tmp_path):
+    broken = """<html><body><img src="missing.png"><img src="https://a.test/b.png">
+    <div style="width: 3000px">wide</div><script>console.error("oh")</script></body></html>"""
+    seen = look(broken, tmp_path)
+    assert seen.images == [0, 0]
+    assert any("oh" in line for line in seen.console)
+    assert seen.overflow > 1000
+
+
+def test_sentences_say_what_is_open(bounces):
+    said = sentences([ij.Fitted("restitution", False, swing(), 0.0)])
+    assert any(re.search(r"only tells that zeta is at most 0\.0\d+\.", each) for each in said)
+    assert "The record does not tell r." in said
+    assert sentences([ij.Fitted("restitution", False, bounces, 0.0)]) == []
+
+
+def test_sentences_on_dry_friction_and_on_laws(bounces):
+    better, worse = swing(), line()[1]
+    pair = [ij.Fitted("none", True, better, 0.0), ij.Fitted("none", False, worse, 0.0)]
+    assert "Viscous friction alone does not describe the record" in sentences(pair)[0]
+    assert "AIC better by" in sentences(pair)[0]
+    same = [ij.Fitted("none", False, worse, 0.0), ij.Fitted("none", True, worse, 0.0)]
+    assert sentences(same)[0].startswith("Viscous friction describes the record")
+    tie = [ij.Fitted("restitution", False, bounces, 0.0), ij.Fitted("walton", False, bounces, 0.0)]
+    assert "cannot be told apart from walton" in sentences(tie)[0]
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "shown"),
+    [
+        (13.4829, 0.0072, "13.4829 ± 0.0072"),
+        (698.4, 17.2, "698 ± 17"),
+        (0.00196, 0.0019, "0.0020 ± 0.0019"),
+        (1.5e-9, 2e-10, "1.5e-09 ± 2e-10"),
+        (123456.0, 2345.0, "123456 ± 2345"),
+        (0.5, np.inf, "0.5"),
+        (0.5, 0.0, "0.5"),
+    ],
+)
+def test_values_have_two_digits_of_their_error(value, error, shown):
+    assert with_error(value, error) == shown
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "shown"),
+    [
+        (1.234, 1.289, "1.234 to 1.289"),
+        (-np.inf, 1.234, "less than 1.234"),
+        (1.234, np.inf, "more than 1.234"),
+        (-np.inf, np.inf, "any value"),
+    ],
+)
+def test_open_intervals_are_said(low, high, shown):
+    assert interval(low, high, 0.025) == shown
+
+
+def test_the_document_is_json_without_infinities(fits):
+    found = document(fits, 7)
+    (r,) = [fit["parameters"]["r"] for fit in found["fits"] if fit["recording"] == HOSTILE]
+    assert r["standard_error"] is None
+    assert r["interval95"] == [0, 1]
+    assert r["verdict"] == "not identified"
+    assert found["recording"] == f"{HOSTILE}, a/line.csv, bounces.csv"
