@@ -15,7 +15,7 @@ class ContactAlone(ij.AbstractForceLaw):
     omega0: Number = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("rad/s", above=0))
     gamma: Number = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("1", at_least=0))
     pendulum: ij.Pendulum
-    separation: ij.AbstractSeparation = ij.AtZeroPenetration()
+    separation: ij.AbstractSeparation = eqx.field(default=ij.AtZeroPenetration(), kw_only=True)
 
     def touch(self, speed: Number, mass: Number) -> tuple[()]:
         del speed, mass

@@ -23,9 +23,11 @@ jax.config.update("jax_enable_x64", True)
 
 TOLERANCE = 5e-8
 STEPS, IMPACTS = 64, 32
-RECORD_STEPS, RECORD_IMPACTS = 2048, 160
+RECORD_TOLERANCE = 2e-8
+RECORD_STEPS, SWEEP_STEPS = 1024, 2816
 TOGETHER = 50  # lanes: what they need together fits into the cache
 HOW = f"TaylorStep, tolerance {TOLERANCE:g}"
+RECORD_HOW = f"TaylorStep, tolerance {RECORD_TOLERANCE:g}"
 BATCH_HOW = f"{HOW}, lax.map of vmap over {TOGETHER}"
 
 
@@ -116,9 +118,9 @@ def _driven(law: str, ratio: Array, frequency: Array, times: Array, steps: int) 
         times,
         t0=0.0,
         step=ij.TaylorStep(),
-        tolerance=TOLERANCE,
+        tolerance=RECORD_TOLERANCE,
         max_steps=steps,
-        max_impacts=steps,
+        max_impacts=steps // 4,
     ).position
 
 
@@ -130,7 +132,9 @@ def t4(law: str) -> Prepared:
         return _driven(law, ratio, frequency, times, RECORD_STEPS)
 
     arguments = np.asarray(ratio), np.asarray(frequency), tasks.RECORD_TIMES
-    return prepare(lambda: _ready(record, *arguments), HOW)
+    return prepare(
+        lambda: _ready(record, *arguments), f"TaylorStep, tolerance {RECORD_TOLERANCE:g}"
+    )
 
 
 def t4_sweep(law: str) -> Prepared:
@@ -146,9 +150,6 @@ def t4_sweep(law: str) -> Prepared:
         return jax.lax.map(one, (ratios, frequencies, times), batch_size=TOGETHER)
 
     return prepare(lambda: _ready(sweep, ratios, frequencies, times), BATCH_HOW, len(forcings))
-
-
-SWEEP_STEPS = 4096
 
 
 def t5(law: str) -> Prepared:

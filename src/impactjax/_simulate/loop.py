@@ -5,7 +5,7 @@ the log is written a row a pass. It is never differentiated: see `replay.py`.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import equinox as eqx
 import jax
@@ -16,6 +16,7 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode
 from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.flow import walls
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
@@ -23,6 +24,7 @@ from impactjax._simulate.transition import Context, Jump
 from impactjax._types import Flag, Scalar
 
 T = TypeVar("T")
+_Carry: TypeAlias = tuple["Lane", "Log", Array, Array]  # passes so far, and whether any chattered
 
 
 class Run(eqx.Module):
@@ -99,20 +101,34 @@ def _of_lanes(change: Callable[[Array], Array], record: Record) -> Record:
 def _loop(step: AbstractStep, chatter: Chatter, max_steps: int, runs: Run) -> Record:
     lanes = jax.vmap(lambda run: _begin(step, run))(runs)
     empty = jax.vmap(_row_without_step)(lanes.point)
-    log = jax.tree.map(lambda x: jnp.broadcast_to(x, (max_steps, *x.shape)), empty)
 
-    def unfinished(carry: tuple[Lane, Log, Array, Array]) -> Flag:
-        lanes, _, passes, _ = carry
-        return (passes < max_steps) & ~jnp.all(lanes.done)
+    def rows(count: int) -> Log:
+        return jax.tree.map(lambda x: jnp.broadcast_to(x, (count, *x.shape)), empty)
 
-    def one_pass(carry: tuple[Lane, Log, Array, Array]) -> tuple[Lane, Log, Array, Array]:
+    def unfinished(carry: _Carry) -> Flag:
+        lanes, log, passes, _ = carry
+        return (passes < log.h.shape[0]) & ~jnp.all(lanes.done)
+
+    def one_pass(carry: _Carry) -> _Carry:
         lanes, log, passes, chatters = carry
-        lanes, rows, chatter_now = _pass(step, chatter, runs, lanes)
-        log = jax.tree.map(lambda column, row: column.at[passes].set(row), log, rows)
+        lanes, row, chatter_now = _pass(step, chatter, runs, lanes)
+        log = jax.tree.map(lambda column, own: column.at[passes].set(own), log, row)
         return lanes, log, passes + 1, chatters | chatter_now
 
-    start = (lanes, log, jnp.int32(0), jnp.zeros((), bool))
-    lanes, log, passes, chatters = jax.lax.while_loop(unfinished, one_pass, start)
+    def one_chunk(carry: _Carry) -> _Carry:
+        """A chunk of passes with a short log of its own, which stays in the cache."""
+        lanes, log, passes, chatters = carry
+        begin = (lanes, rows(CHUNK), jnp.int32(0), chatters)
+        lanes, chunk, more, chatters = jax.lax.while_loop(unfinished, one_pass, begin)
+        log = jax.tree.map(
+            lambda whole, part: jax.lax.dynamic_update_slice_in_dim(whole, part, passes, 0),
+            log,
+            chunk,
+        )
+        return lanes, log, passes + more, chatters
+
+    start = (lanes, rows(max_steps), jnp.int32(0), jnp.zeros((), bool))
+    lanes, log, passes, chatters = jax.lax.while_loop(unfinished, one_chunk, start)
     result = jax.vmap(
         lambda lane: RESULTS.where(lane.done, lane.result, RESULTS.max_steps_reached)
     )(lanes)

@@ -73,7 +73,7 @@ def sample(
 def _pairs(log: Log, ts: Samples) -> _Pairs:
     samples, rows = ts.shape[0], log.t.shape[0]
     blocks = -(-samples // _BLOCK)
-    count = blocks + rows
+    count = min(blocks + rows, samples)  # each pair holds a sample
     first = jnp.searchsorted(ts, log.t, side="left").astype(jnp.int32)
     first = jnp.where(log.taken, first, samples)
     later = jnp.concatenate([first[1:], jnp.full(1, samples, jnp.int32)])
@@ -92,7 +92,7 @@ def _pairs(log: Log, ts: Samples) -> _Pairs:
 
 def _no_pairs(log: Log, ts: Samples) -> _Pairs:
     samples, rows = ts.shape[0], log.t.shape[0]
-    none = jnp.zeros(-(-samples // _BLOCK) + rows, jnp.int32)
+    none = jnp.zeros(min(-(-samples // _BLOCK) + rows, samples), jnp.int32)
     return _Pairs(none, none, jnp.zeros(samples, jnp.int32))
 
 
