@@ -1,0 +1,54 @@
+"""The command `impactjax` in this process, as it sets up itself: standard type promotion."""
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+from typer.testing import CliRunner
+
+from impactjax._cli.main import app
+
+
+class Run(NamedTuple):
+    """What a run of the command said."""
+
+    status: int
+    stdout: str
+    stderr: str
+
+
+def impactjax(*arguments: str | Path) -> Run:
+    """Runs the command; an exception that it lets out comes out here."""
+    with jax.numpy_dtype_promotion("standard"):
+        run = CliRunner().invoke(app, [str(each) for each in arguments])
+    if run.exception is not None and not isinstance(run.exception, SystemExit):
+        raise run.exception
+    return Run(run.exit_code, run.stdout, run.stderr)
+
+
+class Fitted(NamedTuple):
+    """What a fit said and wrote."""
+
+    stdout: str
+    document: dict[str, Any]
+    page: str
+
+    @property
+    def best(self) -> dict[str, Any]:
+        return self.document["fits"][0]
+
+    def parameter(self, name: str) -> dict[str, Any]:
+        return self.best["parameters"][name]
+
+
+def fitted(out: Path, *arguments: str | Path) -> Fitted:
+    """Runs a fit that must succeed, quietly, since a test is no terminal."""
+    run = impactjax("fit", *arguments, "--out", out)
+    assert (run.status, run.stderr) == (0, "")
+    document = json.loads((out / "fit.json").read_text(), parse_constant=_no_constant)
+    return Fitted(run.stdout, document, (out / "report.html").read_text())
+
+
+def _no_constant(name: str) -> float:
+    raise AssertionError(f"{name} is not JSON")
