@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
+from impactjax._fit.effort import effort
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.first_estimates import first_estimates
 from impactjax._fit.fit import pose, solve
@@ -101,4 +102,4 @@ def _problem(recording: AnyRecording, setup: Setup, law: str, dry: bool) -> Prob
     given = {name: value for name, value in {**setup.start, **setup.fixed}.items() if name in known}
     system = replaced(posed.system, tuple(given), tuple(given.values())) if given else posed.system
     names = tuple(name for name in posed.names if name not in setup.fixed)
-    return Problem(system, recording, names)
+    return Problem(system, recording, names, effort(recording, seen, system.model))
