@@ -188,18 +188,39 @@ def _rescaled(coefficients: Series, factor: Scalar) -> Series:
 def _longest_accurate(speeds: list[Series], tolerance: Scalar) -> Scalar:
     """The longest step, in units of the series, whose last terms are within the tolerance.
 
-    They are compared with the largest of the first three terms over that step. The position
-    follows from its rate and needs no test of its own.
+    They are compared with the largest of the first three terms over that step, and count as if all
+    terms from there fell evenly to the tolerance at the last one. The position follows from its
+    rate and needs no test of its own.
     """
     tiny = jnp.finfo(tolerance.dtype).tiny
     goal = jnp.log(_LAST_TERM * tolerance)
     longest = jnp.full_like(goal, jnp.inf)
     for series in speeds:
+        last = len(series) - 1
         heads = [jnp.log(jnp.abs(series[j]) + tiny) for j in range(3)]
-        for last in (len(series) - 1, len(series) - 2):
-            end = jnp.log(jnp.abs(series[last]) + tiny)
-            ratios = [(goal + head - end) / (last - j) for j, head in enumerate(heads)]
+        for power, term in _last_terms(series):
+            end = jnp.log(jnp.abs(term) + tiny)
+            ratios = [
+                (head - end) / (power - j) + goal / (last - j) for j, head in enumerate(heads)
+            ]
             best = jnp.maximum(jnp.maximum(ratios[0], ratios[1]), ratios[2])
-            best = jnp.where(series[last] == 0, jnp.inf, best)
+            best = jnp.where(term == 0, jnp.inf, best)
             longest = jnp.minimum(longest, best)
     return jnp.exp(longest)
+
+
+def _last_terms(series: Series) -> list[tuple[Scalar | int, Scalar]]:
+    """The last four terms with their powers; if all vanish, also the last one that does not.
+
+    A series may have gaps: at the surface of a cubic spring only t, t⁵, t⁹, ... are there.
+    """
+    last = len(series) - 1
+    terms: list[tuple[Scalar | int, Scalar]] = [
+        (power, series[power]) for power in range(last, max(last - 4, 2), -1)
+    ]
+    vanish = sum(jnp.abs(term) for _, term in terms) == 0
+    power, term = jnp.full_like(series[0], 3), jnp.zeros_like(series[0])
+    for j in range(3, last - 3):
+        power = jnp.where(series[j] != 0, j, power)
+        term = jnp.where(vanish & (series[j] != 0), series[j], term)
+    return [*terms, (power, term)]
