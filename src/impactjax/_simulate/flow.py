@@ -81,13 +81,17 @@ def is_held(model: ImpactOscillator, mode: Mode) -> Flag:
     return held
 
 
-def flow(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> State:
-    """Time derivative of the state in a mode. Not for `Phase.CHATTER`, which has a closed form."""
+def unheld_acceleration(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
+    """Acceleration, resistance included, if neither stop nor friction held the mass."""
     acceleration = driven_acceleration(model, t, y, mode)
     sliding = mode.friction.astype(acceleration.dtype)
     resistance = model.oscillator.resistance(sliding * y.velocity)
-    if resistance is not None:
-        acceleration = acceleration - sliding * resistance
+    return acceleration if resistance is None else acceleration - sliding * resistance
+
+
+def flow(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> State:
+    """Time derivative of the state in a mode. Not for `Phase.CHATTER`, which has a closed form."""
+    acceleration = unheld_acceleration(model, t, y, mode)
     held = is_held(model, mode)
     still = jnp.zeros_like(acceleration)
     return State(

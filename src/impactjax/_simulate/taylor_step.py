@@ -9,7 +9,7 @@ from jaxtyping import Array, PyTree
 
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import first_crossing, horner, horner_with_slope
-from impactjax._simulate.flow import driven_acceleration
+from impactjax._simulate.flow import unheld_acceleration
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._simulate.taylor import Series, solution_series
@@ -117,13 +117,13 @@ class TaylorStep(AbstractStep):
     def _series(
         self, automaton: Automaton, start: Point, unit: Scalar
     ) -> tuple[Series, list[Series], Series, list[Series]]:
-        """Series of position, internal states, driven acceleration, and guards."""
+        """Series of position, internal states, unheld acceleration, and guards."""
         leaves, structure = jax.tree.flatten(start.y)
 
         def field(t: Scalar, *leaves: Scalar) -> list[Scalar]:
             y = jax.tree.unflatten(structure, leaves)
             rates = jax.tree.leaves(automaton.flow(t, y, start.mode))
-            drive = driven_acceleration(automaton.model, t, y, start.mode)
+            drive = unheld_acceleration(automaton.model, t, y, start.mode)
             return [*rates, drive, *automaton.guards(t, y, start.mode)]
 
         states, (drive, *guards) = solution_series(field, start.t, leaves, self.order, unit)
