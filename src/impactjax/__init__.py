@@ -4,6 +4,14 @@ Simulate free flight and contact, exactly differentiable through every impact; f
 parameters with intervals that keep their promise; learn which of them a record cannot tell.
 """
 
+from impactjax._analytic.exact_flight import ExactFlight as ExactFlight
+from impactjax._analytic.flight import AbstractFlight as AbstractFlight
+from impactjax._analytic.multiple_scales import MultipleScales as MultipleScales
+from impactjax._analytic.multiple_scales_flight import MultipleScalesFlight as MultipleScalesFlight
+from impactjax._analytic.piecewise import PiecewiseAnalytical as PiecewiseAnalytical
+from impactjax._analytic.piecewise import piecewise_analytical as piecewise_analytical
+from impactjax._analytic.successive_peaks import Rebound as Rebound
+from impactjax._analytic.successive_peaks import successive_peaks as successive_peaks
 from impactjax._fit.compare import Fitted as Fitted
 from impactjax._fit.compare import Setup as Setup
 from impactjax._fit.compare import compare as compare
