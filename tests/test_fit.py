@@ -151,7 +151,6 @@ def test_a_failing_replicate_leaves_the_others_bitwise_unchanged():
 # A list of impact times, whose closed form is a geometric series.
 
 
-@jax.numpy_dtype_promotion("standard")
 def test_impact_times_give_restitution_in_closed_form():
     r, speed, start, gravity = 0.8, 1.5, 0.3, 9.80665
     times = start + 2 * speed / gravity * (1 - r ** np.arange(9)) / (1 - r)

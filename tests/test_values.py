@@ -165,3 +165,14 @@ def test_values_cause_no_retrace():
     for i in range(3):
         position(13.0 + i, 0.5 + 0.1 * i, 0.3, 10.0 ** -(6 + i))
     assert len(traces) == 1
+
+
+@pytest.mark.parametrize("step", [ij.TaylorStep(), ij.RungeKutta()], ids=["taylor", "runge-kutta"])
+def test_a_start_on_the_stop_that_heads_into_it_is_an_impact_at_once(step):
+    """Thrown up against a ceiling that it touches, a ball comes back with r times its speed."""
+    ceiling = ij.Stop(ij.Restitution(0.5), 0.5)
+    model = ij.ImpactOscillator(ij.BouncingBall(), upper=ceiling)
+    run = ij.simulate(model, ij.InitialState(0.5, 1.0), np.linspace(0.0, 0.1, 3), step=step)
+    t = np.linspace(0.0, 0.1, 3)
+    np.testing.assert_allclose(run.position, 0.5 - 0.5 * t - 9.80665 / 2 * t**2, atol=1e-9)
+    assert run.impacts.count == 1

@@ -69,8 +69,8 @@ def first_crossing(
 ) -> Crossing:
     """The first w in [0, 1] at which Σ aₖ wᵏ falls from positive to negative.
 
-    A start at or below zero that keeps falling is a crossing at w = 0; a start at or below zero
-    that rises is none. Where the polynomial is only known up to `margin` between its ends, a
+    A start at or below zero that falls is a crossing at w = 0; a start at or below zero that rises
+    is none. Where the polynomial is only known up to `margin` between its ends, a
     passage that this could hide is unclear. With `settle`, the interval is too short for doubt:
     only the sign at its end counts.
     """
@@ -80,9 +80,11 @@ def first_crossing(
     hidden = changes if isinstance(margin, float) else signs(lowered).changes
     root, converged = _root(coefficients, guess)
     single = (first > 0) & (changes == 1)
-    at_once = (first < 0) & (changes == 0)
-    fraction = jnp.where(single, root, jnp.where(at_once, jnp.zeros_like(root), jnp.inf))
-    unclear = (changes > 1) | (hidden > 1) | (single & ~converged)
+    falling = (coefficients[0] <= 0) & (coefficients[1] < 0)
+    at_once = falling | ((first < 0) & (changes == 0))
+    fraction = jnp.where(single, root, jnp.inf)
+    fraction = jnp.where(at_once, jnp.zeros_like(root), fraction)
+    unclear = ~falling & ((changes > 1) | (hidden > 1) | (single & ~converged))
     at_end = jnp.where(control[-1] < 0, jnp.ones_like(root), jnp.inf)
     return Crossing(jnp.where(unclear & settle, at_end, fraction), unclear & ~settle)
 

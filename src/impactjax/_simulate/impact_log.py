@@ -48,7 +48,7 @@ class ImpactLog(eqx.Module):
     @property
     def happened(self) -> Bool[Array, "... impacts"]:
         """Which rows hold an impact."""
-        return jnp.arange(self.time.shape[-1]) < self.count[..., None]
+        return jnp.arange(self.time.shape[-1], dtype=self.count.dtype) < self.count[..., None]
 
 
 class _Ends(NamedTuple):

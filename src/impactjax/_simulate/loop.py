@@ -164,7 +164,7 @@ def _pass(step: AbstractStep, chatter: Chatter, runs: Run, lanes: Lane) -> tuple
 def _begin(step: AbstractStep, run: Run) -> Lane:
     start, inside = initial_mode(run.model, run.t0, run.y0)
     span = run.t1 - run.t0
-    held = [requirement.holds for requirement in run.model.requirements()]
+    held = [jnp.ones((), bool), *(each.holds for each in run.model.requirements())]
     floor = 10 * jnp.finfo(span.dtype).eps
     result = RESULTS.where(inside, RESULTS.starts_inside_stop, RESULTS.successful)
     result = RESULTS.where(run.tolerance >= floor, result, RESULTS.tolerance_too_small)
