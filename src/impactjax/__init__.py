@@ -32,6 +32,7 @@ from impactjax._measure.read_recording import read_recording as read_recording
 from impactjax._measure.recording import ImpactTimes as ImpactTimes
 from impactjax._measure.recording import Recording as Recording
 from impactjax._measure.sensor import Sensor as Sensor
+from impactjax._model.base_motion import HarmonicMotion as HarmonicMotion
 from impactjax._model.bouncing_ball import BouncingBall as BouncingBall
 from impactjax._model.equivalents import Equivalents as Equivalents
 from impactjax._model.free_mass import FreeMass as FreeMass
@@ -39,6 +40,7 @@ from impactjax._model.hertz import Hertz as Hertz
 from impactjax._model.hertz_dashpot import HertzDashpot as HertzDashpot
 from impactjax._model.hunt_crossley import HuntCrossley as HuntCrossley
 from impactjax._model.impact_oscillator import ImpactOscillator as ImpactOscillator
+from impactjax._model.inverted_pendulum import InvertedPendulum as InvertedPendulum
 from impactjax._model.kelvin_voigt import KelvinVoigt as KelvinVoigt
 from impactjax._model.kelvin_voigt_linear_restitution import (
     KelvinVoigtLinearRestitution as KelvinVoigtLinearRestitution,
@@ -66,10 +68,16 @@ from impactjax._model.stop import Stop as Stop
 from impactjax._model.walton import Walton as Walton
 from impactjax._results import RESULTS as RESULTS
 from impactjax._simulate.chatter import Chatter as Chatter
+from impactjax._simulate.coefficients import Coefficients as Coefficients
+from impactjax._simulate.coefficients import (
+    coefficients_of_restitution as coefficients_of_restitution,
+)
 from impactjax._simulate.impact_log import ImpactLog as ImpactLog
+from impactjax._simulate.rest_log import RestLog as RestLog
 from impactjax._simulate.runge_kutta import RungeKutta as RungeKutta
 from impactjax._simulate.simulate import InitialState as InitialState
 from impactjax._simulate.simulate import simulate as simulate
+from impactjax._simulate.single_impact import single_impact as single_impact
 from impactjax._simulate.step import AbstractStep as AbstractStep
 from impactjax._simulate.taylor import NotAnalytic as NotAnalytic
 from impactjax._simulate.taylor_step import TaylorStep as TaylorStep

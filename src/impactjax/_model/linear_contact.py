@@ -7,6 +7,7 @@ A(γ) = arccos γ/√(1 − γ²) = arcosh γ/√(γ² − 1), which is smooth a
 
 import math
 
+import jax
 import jax.numpy as jnp
 
 from impactjax._model.root import root
@@ -48,6 +49,7 @@ def damping_ratio(r: Ratio) -> Ratio:
     return -loss / jnp.sqrt(math.pi**2 + loss**2)
 
 
+@jax.jit
 def damping_ratio_without_pull(r: Ratio) -> Ratio:
     """The inverse of r = exp(−2 γ A(γ))."""
     loss = -jnp.log(r)

@@ -41,4 +41,4 @@ class Walton(AbstractMemorylessLaw):
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
         """What an impact at a speed [m/s] of a mass [kg] comes to, in closed form."""
-        return separable_equivalents(self.k, self.c / self.k, 1, speed, mass)
+        return separable_equivalents(self.k, self.c / self.k, 1.0, speed, mass)

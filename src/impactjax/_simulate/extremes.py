@@ -160,12 +160,12 @@ def _at_zero_rate(
             y = step.evaluate(automaton, row.mode, row.expansion, s)
             return _rated(automaton, value, row.t + s, y, row.mode)
 
-        return rated(_falling_zero(lambda s: rated(s)[1], row.h))[0]
+        return rated(falling_zero(lambda s: rated(s)[1], row.h))[0]
 
     return map_rows(peak, chosen, record.passes, CHUNK)
 
 
-def _falling_zero(rate: Callable[[Scalar], Scalar], h: Scalar) -> Scalar:
+def falling_zero(rate: Callable[[Scalar], Scalar], h: Scalar) -> Scalar:
     """Where a rate falls through zero within (0, h]: by secants in a bracket, the end that stays
     losing half its weight each time, then once by Newton's method for the derivatives.
     """

@@ -1,0 +1,124 @@
+"""The three coefficients of restitution of one impact on a force law."""
+
+from functools import partial
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float
+
+from impactjax._model.free_mass import FreeMass
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.law import AbstractForceLaw, Internal
+from impactjax._model.parameter import as_parameter
+from impactjax._model.separation import AbstractSeparation
+from impactjax._model.stop import Stop
+from impactjax._results import RESULTS
+from impactjax._simulate.automaton import Automaton, with_internal
+from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.extremes import falling_zero
+from impactjax._simulate.loop import Run, record_steps
+from impactjax._simulate.natural_step import natural_step
+from impactjax._simulate.replay import differentiable_path
+from impactjax._simulate.single_impact import LONGEST, time_scale
+from impactjax._simulate.state import Phase
+from impactjax._types import Energy, Force, Length, Mass, Ratio, Scalar, Speed
+
+_MAX_STEPS = 512
+
+
+class Coefficients(NamedTuple):
+    """The coefficients of restitution [1] of one impact, equal where it is collinear.
+
+    With the impulse p and the work W of the contact force on the mass, at the end of compression
+    (c), where the mass turns, and at the end of the contact (f):
+
+    - `kinematic`: Newton's −v⁺/v⁻ (3.8).
+    - `kinetic`: Poisson's (p_f − p_c)/p_c (3.9).
+    - `energetic`: Stronge's √(−(W_f − W_c)/W_c) (3.7).
+
+    Source: Carter (2005), chapter 3; Stronge, Impact Mechanics (2000).
+    """
+
+    kinematic: Ratio
+    kinetic: Ratio
+    energetic: Ratio
+
+
+def coefficients_of_restitution(
+    law: AbstractForceLaw, speed: ArrayLike, mass: ArrayLike, *, tolerance: ArrayLike = 1e-12
+) -> Coefficients:
+    """The coefficients of an impact of a free mass, each from its definition.
+
+    Impulse and work are integrated along with the motion. NaN where the mass does not come back.
+
+    **Arguments:**
+
+    - `law`: the force law, which may be your own.
+    - `speed`: of approach, of any shape [m/s].
+    - `mass`: of the speed's shape or one for all [kg].
+    - `tolerance`: as for `simulate`.
+    """
+    v, m = jnp.broadcast_arrays(as_parameter(speed), as_parameter(mass))
+    one = partial(_coefficients, law, jnp.asarray(tolerance, v.dtype))
+    for _ in range(v.ndim):
+        one = jax.vmap(one)
+    return one(v, m)
+
+
+@eqx.filter_jit
+def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar) -> Coefficients:
+    metered = _Metered(law=law, separation=law.separation)
+    model = ImpactOscillator(FreeMass(m), Stop(metered))
+    step, start = natural_step(model), jnp.zeros_like(v)
+    y0 = with_internal(model, start, -v)
+    end = LONGEST * time_scale(law, v, m)
+    run = Run(model, y0, start, end, tolerance, jnp.ones((), bool))
+    record = record_steps(step, Chatter(), _MAX_STEPS, jax.lax.stop_gradient(run))
+    path = differentiable_path(step, model, y0, start, record)
+
+    log = record.log
+    touching = log.taken & (log.mode.phase == Phase.CONTACT)
+    turns = touching & (log.y.velocity < 0) & (log.end.velocity >= 0)
+    turning = jax.tree.map(lambda column: column[jnp.argmax(turns)], (path, log.mode))
+    (_, _, h, _, expansion), mode = turning
+    evaluate = partial(step.evaluate, Automaton(model), mode, expansion)
+    turned = evaluate(falling_zero(lambda s: -evaluate(s).velocity, h))
+
+    last = jnp.argmax(jnp.where(touching, log.t, -1))
+    separated = jax.tree.map(lambda column: column[last], path.end)
+    _, p_0, w_0 = metered.touch(v, m)
+    _, p_c, w_c = turned.internal[0]
+    _, p_f, w_f = separated.internal[0]
+    found = Coefficients(
+        kinematic=separated.velocity / v,
+        kinetic=(p_f - p_c) / (p_c - p_0),
+        energetic=jnp.sqrt((w_f - w_c) / (w_0 - w_c)),
+    )
+    ends = (record.result == RESULTS.successful) & (record.end.mode.phase != Phase.CONTACT)
+    return jax.tree.map(lambda x: jnp.where(ends & jnp.any(turns), x, jnp.nan), found)
+
+
+Meter = tuple[Internal, Float[Array, "..."], Energy]  # the law's own state, impulse [N s], work
+
+
+class _Metered(AbstractForceLaw):
+    """A law that counts the impulse and the work of its force on the mass.
+
+    They do not start from zero, where their relative error would not fall with the step.
+    """
+
+    law: AbstractForceLaw
+    separation: AbstractSeparation
+
+    def touch(self, speed: Speed, mass: Mass) -> Meter:
+        return self.law.touch(speed, mass), mass * speed, -mass * speed**2
+
+    def force(self, penetration: Length, rate: Speed, internal: Meter, mass: Mass) -> Force:
+        return self.law.force(penetration, rate, internal[0], mass)
+
+    def internal_rate(self, penetration: Length, rate: Speed, internal: Meter, mass: Mass) -> Meter:
+        own = self.law.internal_rate(penetration, rate, internal[0], mass)
+        force = self.force(penetration, rate, internal, mass)
+        return own, force, -force * rate
