@@ -1,0 +1,207 @@
+"""Single impacts by integration: against the closed forms, and against SciPy."""
+
+import functools
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import fminbound
+
+import impactjax as ij
+
+MASS = 0.02
+SPEEDS = np.array([0.05, 0.73, 3.0])
+FIELDS = ("restitution", "duration", "deepest_penetration", "peak_force", "energy_lost")
+W, G = 727.5, 0.18
+K, LAMBDA = 1e6, 0.3
+
+# Each law with its force and the rate of its internal state, written out once more:
+# (δ, δ′, internal) at the speed v.
+LAWS = {
+    "KelvinVoigt": (ij.KelvinVoigt(W, G), lambda d, r, s, v: MASS * (W**2 * d + 2 * G * W * r)),
+    "KelvinVoigt, strong": (
+        ij.KelvinVoigt(W, 0.7),
+        lambda d, r, s, v: MASS * (W**2 * d + 1.4 * W * r),
+    ),
+    "KelvinVoigt without pull": (
+        ij.KelvinVoigt(W, G, separation=ij.AtZeroForce()),
+        lambda d, r, s, v: MASS * (W**2 * d + 2 * G * W * r),
+    ),
+    "KelvinVoigt without pull, overdamped": (
+        ij.KelvinVoigt(W, 1.5, separation=ij.AtZeroForce()),
+        lambda d, r, s, v: MASS * (W**2 * d + 3 * W * r),
+    ),
+    "KelvinVoigtLinearRestitution": (
+        ij.KelvinVoigtLinearRestitution(W, 0.6, 0.05),
+        lambda d, r, s, v: MASS * (W**2 * d + 2 * W * r * _damping(0.6 - 0.05 * v)),
+    ),
+    "Maxwell": (ij.Maxwell(W, G), lambda d, r, s, v: MASS * W**2 * (d - s)),
+    "Walton": (ij.Walton(1e4, 2e3), lambda d, r, s, v: 1e4 * d + 2e3 * d * r),
+    "Hertz": (ij.Hertz(K), lambda d, r, s, v: K * abs(d) ** 1.5),
+    "Simon": (ij.Simon(K, LAMBDA), lambda d, r, s, v: K * abs(d) ** 1.5 * (1 + LAMBDA * r)),
+    "HuntCrossley": (
+        ij.HuntCrossley(K, LAMBDA, 1.3),
+        lambda d, r, s, v: K * abs(d) ** 1.3 * (1 + LAMBDA * r),
+    ),
+}
+INTEGRATED = {
+    "PustPeterka": (
+        ij.PustPeterka(K, 0.4, 2.0),
+        lambda d, r, s, v: K * abs(d) ** 1.5 * (1 + 0.4 * r * abs(r)),
+    ),
+    "HertzDashpot": (ij.HertzDashpot(K, 3.0), lambda d, r, s, v: K * abs(d) ** 1.5 + 3 * r),
+}
+
+
+def _damping(r):
+    return -math.log(r) / math.hypot(math.pi, math.log(r))
+
+
+@functools.cache
+def by_scipy(name: str):
+    """DOP853 over contact, loading until the turn for the extremes; rows by speed."""
+    law, force = {**LAWS, **INTEGRATED}[name]
+    stroke = 2 * G * W if isinstance(law, ij.Maxwell) else 0.0
+    no_pull = isinstance(law.separation, ij.AtZeroForce)
+    rows = []
+    for v in SPEEDS:
+
+        def flow(t, y, v=v):
+            return [y[1], -force(y[0], y[1], y[2], v) / MASS, stroke * (y[0] - y[2])]
+
+        def ends(t, y, v=v):
+            return (force(y[0], y[1], y[2], v) / MASS if no_pull else y[0]) + (t < 1e-9)
+
+        vars(ends).update(terminal=True, direction=-1)
+        run = solve_ivp(
+            flow,
+            (0, 1),
+            [0.0, v, 0.0],
+            method="DOP853",
+            rtol=1e-13,
+            atol=1e-18,
+            events=ends,
+            dense_output=True,
+            max_step=1e-4,
+        )
+        duration, (_, rate, _) = run.t_events[0][0], run.y_events[0][0]
+        depth = _maximum(lambda t, sol=run.sol: sol(t)[0], duration)
+        peak = _maximum(lambda t, sol=run.sol, v=v: force(*sol(t), v), duration)
+        lost = MASS * (v**2 - rate**2) / 2
+        rows.append([-rate / v, duration, depth, peak, lost])
+    return dict(zip(FIELDS, np.array(rows).T, strict=True))
+
+
+def _maximum(function, end):
+    """Largest value on [0, end]: the best of a grid, then between its neighbours."""
+    ts = np.linspace(0, end, 401)
+    i = int(np.argmax([function(t) for t in ts]))
+    if i == 0:
+        return function(0.0)
+    within = ts[i - 1], ts[i + 1]
+    best = fminbound(lambda t: -function(t), *within, xtol=1e-13)
+    return function(best)
+
+
+single_impacts = jax.jit(lambda law, v: ij.single_impact(law, v, MASS, tolerance=1e-13))
+
+
+@functools.cache
+def integrated(name: str):
+    law, _ = {**LAWS, **INTEGRATED}[name]
+    return single_impacts(law, SPEEDS)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_closed_forms_match_integration(name):
+    closed, found = LAWS[name][0].equivalents(SPEEDS, MASS), integrated(name)
+    for field in FIELDS:
+        expected = getattr(closed, field)
+        scale = MASS * SPEEDS**2 if field == "energy_lost" else 0.0
+        error = np.abs(getattr(found, field) - expected)
+        assert np.all(error <= 1e-10 * np.maximum(np.abs(expected), scale)), field
+
+
+@pytest.mark.parametrize("name", {**LAWS, **INTEGRATED})
+def test_single_impact_matches_scipy(name):
+    found, expected = integrated(name), by_scipy(name)
+    for field in FIELDS:
+        scale = MASS * SPEEDS**2 if field == "energy_lost" else 0.0
+        error = np.abs(getattr(found, field) - expected[field])
+        assert np.all(error <= 1e-9 * np.maximum(np.abs(expected[field]), scale)), field
+
+
+def test_hertz_dashpot_of_the_thesis():
+    k = ij.Hertz.from_material(0.025426e9, 0.5, 0.0127).k
+    found = single_impacts(ij.HertzDashpot(k, 23.0), np.array([0.1, 0.3, 0.73]))
+    np.testing.assert_allclose(found.restitution, [0.144, 0.247, 0.329], atol=5e-4)
+
+
+def test_your_own_law():
+    class Hardening(ij.AbstractMemorylessLaw):
+        k: jax.Array
+        separation: ij.AbstractSeparation = eqx.field(init=False, default=ij.AtZeroPenetration())
+
+        def force(self, penetration, rate, internal, mass):
+            return self.k * penetration**3
+
+    found = ij.single_impact(Hardening(jnp.asarray(1e10)), 0.7, MASS, tolerance=1e-12)
+    deepest = (2 * MASS * 0.7**2 / 1e10) ** 0.25
+    np.testing.assert_allclose(found.deepest_penetration, deepest, rtol=1e-10)
+    np.testing.assert_allclose(found.peak_force, 1e10 * deepest**3, rtol=1e-10)
+    np.testing.assert_allclose(found.restitution, 1, rtol=1e-10)
+    half = math.sqrt(math.pi) * math.gamma(5 / 4) / math.gamma(3 / 4)  # ∫ (1 − x⁴)^(−1/2) dx
+    np.testing.assert_allclose(found.duration, 2 * deepest / 0.7 * half, rtol=1e-10)
+
+
+def test_what_does_not_come_back():
+    for law in (ij.KelvinVoigt(W, 1.2), ij.Maxwell(W, 1.2)):
+        for found in (law.equivalents(SPEEDS, MASS), single_impacts(law, SPEEDS)):
+            assert np.all(found.restitution == 0)
+            assert np.all(found.duration == math.inf)
+            np.testing.assert_allclose(found.energy_lost, MASS * SPEEDS**2 / 2, rtol=1e-14)
+    creeping = ij.Maxwell(W, 1.2).equivalents(0.7, MASS)
+    np.testing.assert_allclose(creeping.deepest_penetration, 2 * 1.2 * 0.7 / W, rtol=1e-14)
+
+
+def test_derivatives_of_integration_are_those_of_the_closed_form():
+    def of_closed(law, v):
+        return law.equivalents(v, MASS)
+
+    def of_integration(law, v):
+        return ij.single_impact(law, v, MASS, tolerance=1e-13)
+
+    law, v = ij.Simon(K, LAMBDA), jnp.asarray(0.7)
+    closed = jax.jacfwd(of_closed, argnums=(0, 1))(law, v)
+    found = jax.jit(jax.jacfwd(of_integration, argnums=(0, 1)))(law, v)
+    for field in FIELDS:
+        (by_law, by_speed), (law_form, speed_form) = getattr(found, field), getattr(closed, field)
+        value = float(getattr(of_closed(law, v), field))
+        value = MASS * 0.7**2 if field == "energy_lost" else value
+        pairs = (
+            (by_law.k, law_form.k, value / K),
+            (by_law.c, law_form.c, value / LAMBDA),
+            (by_speed, speed_form, value / 0.7),
+        )
+        for a, b, scale in pairs:
+            assert abs(float(a - b)) < 1e-9 * scale, field
+
+
+@pytest.mark.parametrize(
+    "name", ["KelvinVoigt", "KelvinVoigt without pull", "Maxwell", "Simon", "HertzDashpot"]
+)
+def test_coefficients_of_restitution_agree(name):
+    law, _ = {**LAWS, **INTEGRATED}[name]
+    found = ij.coefficients_of_restitution(law, 0.73, MASS)
+    expected = by_scipy(name)["restitution"][1]
+    for coefficient in found:
+        assert abs(float(coefficient) / expected - 1) < 1e-9
+
+
+def test_coefficients_of_what_does_not_come_back():
+    found = ij.coefficients_of_restitution(ij.KelvinVoigt(W, 1.2), 0.73, MASS)
+    assert all(np.isnan(coefficient) for coefficient in found)
