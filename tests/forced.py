@@ -80,7 +80,7 @@ def _first_zero(lanes: Forced, start, low, high, dips):
     """Where each lane first comes to the stop in its interval; infinite where it only turns."""
 
     def at(s):
-        x, v = motion(lanes, *start, s[:, None])
+        x, v = motion(lanes, start[0], start[1], start[2], s[:, None])
         return x[:, 0] + lanes.gap, v[:, 0]
 
     falls, bottom = low, high
