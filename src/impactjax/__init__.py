@@ -80,6 +80,7 @@ from impactjax._simulate.simulate import simulate as simulate
 from impactjax._simulate.single_impact import single_impact as single_impact
 from impactjax._simulate.step import AbstractStep as AbstractStep
 from impactjax._simulate.taylor import NotAnalytic as NotAnalytic
+from impactjax._simulate.taylor_solver import Taylor as Taylor
 from impactjax._simulate.taylor_step import TaylorStep as TaylorStep
 from impactjax._simulate.trajectory import Stats as Stats
 from impactjax._simulate.trajectory import Trajectory as Trajectory

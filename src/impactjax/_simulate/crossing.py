@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from impactjax._types import Code, Flag, Scalar
 
@@ -105,7 +106,7 @@ def _root(coefficients: Sequence[Scalar], guess: Scalar) -> tuple[Scalar, Flag]:
     return root, jnp.abs(correction) <= enough * root
 
 
-def horner(coefficients: Sequence[Scalar], w: Scalar) -> Scalar:
+def horner(coefficients: Sequence[Array], w: Scalar) -> Array:
     """Σ aₖ wᵏ."""
     value = coefficients[-1]
     for coefficient in coefficients[-2::-1]:

@@ -25,7 +25,7 @@ class NotAnalytic(ValueError):  # noqa: N818  it is a property of the equations,
 
 
 def solution_series(
-    field: Callable[..., Sequence[Scalar]], t: Scalar, y: Sequence[Scalar], order: int, unit: Scalar
+    field: Callable[..., Sequence[Array]], t: Scalar, y: Sequence[Array], order: int, unit: Scalar
 ) -> tuple[list[Series], list[Series]]:
     """Taylor coefficients, in time counted in `unit`s from `t`, of the solution of y′ = f(t, y).
 
@@ -53,7 +53,14 @@ def _at(operand: Operand, k: int, like: Scalar) -> Array:
     """The coefficient of order k of anything."""
     if isinstance(operand, list):
         return operand[k]
-    return jnp.asarray(operand, like.dtype) if k == 0 else jnp.zeros_like(like)
+    value = jnp.asarray(operand, like.dtype)
+    return value if k == 0 else jnp.zeros_like(value)
+
+
+def _all_at(operands: list[Operand], k: int) -> list[Array]:
+    """The coefficients of order k of several operands, one of which at least is a series."""
+    like = next(operand[0] for operand in operands if isinstance(operand, list))
+    return [_at(operand, k, like) for operand in operands]
 
 
 def _read(
@@ -84,6 +91,8 @@ def _apply(equation: JaxprEqn, operands: list[Operand], program: Program) -> Seq
         (series,) = operands
         assert isinstance(series, list)
         return [_grown(program, lambda k: primitive.bind(series[k], **params))]
+    if primitive.name in ("concatenate", "stack"):
+        return [_grown(program, lambda k: primitive.bind(*_all_at(operands, k), **params))]
     if primitive.name not in _RULES:
         raise NotAnalytic(
             f"Operation `{primitive.name}` in the equations of motion has no Taylor recurrence; "
@@ -249,15 +258,22 @@ def _select(operands: list[Operand], params: dict, program: Program) -> Series:
             "instead, `step=RungeKutta()`, or make the switch an event."
         )
 
-    def rule(k: int) -> Array:
-        like = next(case[0] for case in cases if isinstance(case, list))
-        return jax.lax.select_n(which, *(_at(case, k, like) for case in cases))
-
-    return _grown(program, rule)
+    return _grown(program, lambda k: jax.lax.select_n(which, *_all_at(cases, k)))
 
 
 _CALLS = ("jit", "pjit", "closed_call", "core_call", "custom_jvp_call", "custom_vjp_call")
-_LINEAR = ("neg", "convert_element_type", "broadcast_in_dim", "reshape", "squeeze", "copy")
+_LINEAR = (
+    "neg",
+    "convert_element_type",
+    "broadcast_in_dim",
+    "reshape",
+    "squeeze",
+    "copy",
+    "slice",
+    "transpose",
+    "rev",
+    "reduce_sum",
+)
 _RULES: dict[str, Callable[[list[Operand], dict, Program], Series]] = {
     "add": _add,
     "add_any": _add,
