@@ -54,7 +54,7 @@ def fit_command(
 
     The file has a header that names quantity and unit, "time [s], angle [deg]", or is a list of
     "impact time [s]". A file NAME.toml beside NAME.csv may say what is known of the experiment.
-    Without --law, all laws are compared; without --system, it follows from the quantity.
+    Without --law, the usual ones are compared; without --system, it follows from the quantity.
 
     \b
     Examples:

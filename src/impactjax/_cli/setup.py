@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from impactjax._cli.typical import parameters
 from impactjax._fit.compare import Setup, laws_for
-from impactjax._fit.laws import LAWS, NO_LAW
+from impactjax._fit.laws import LAWS, NO_LAW, USUAL_LAWS
 from impactjax._fit.oscillators import OSCILLATORS
 from impactjax._measure.file_error import FileError
 from impactjax._measure.low_pass import Butterworth
@@ -30,11 +30,11 @@ class Task(NamedTuple):
 
 def task_of(file: File, system: str | None, laws: Sequence[str] | None) -> Task:
     """What the sidecar and the command line ask for. Raises `FileError`."""
-    setup = _setup(file, system)
+    setup = _setup(file, system, laws)
     return Task(file, setup, _laws(file, setup, laws))
 
 
-def _setup(file: File, system: str | None) -> Setup:
+def _setup(file: File, system: str | None, laws: Sequence[str] | None) -> Setup:
     sidecar = file.sidecar
     named = system or sidecar.system.oscillator
     if named is None:
@@ -42,7 +42,7 @@ def _setup(file: File, system: str | None) -> Setup:
     if named not in OSCILLATORS:
         raise _in_sidecar(file, "oscillator", f"unknown oscillator `{named}`", list(OSCILLATORS))
     _check_quantity(file, named)
-    _check_values(file, named)
+    _check_values(file, named, laws)
     own = sidecar.sensor
     low_pass = None if own.cutoff is None else Butterworth(own.cutoff, order=own.order)
     sensor = Sensor(own.gain, own.offset, own.delay, low_pass)
@@ -76,10 +76,12 @@ def _check_quantity(file: File, oscillator: str) -> None:
         )
 
 
-def _check_values(file: File, oscillator: str) -> None:
-    """That what is fixed and where to start can be."""
+def _check_values(file: File, oscillator: str, laws: Sequence[str] | None) -> None:
+    """That what is fixed and where to start can be; ranges are those of the laws to be tried."""
     given = {**file.sidecar.start, **file.sidecar.fixed}
-    known = parameters(oscillator, [NO_LAW, *LAWS]) if given else {}
+    tried = laws or file.sidecar.system.laws or USUAL_LAWS
+    tried = [law for law in tried if law in LAWS]
+    known = parameters(oscillator, [NO_LAW, *LAWS, *tried]) if given else {}
     for name, value in given.items():
         if name not in known:
             raise _in_sidecar(file, name, f"unknown parameter `{name}`", list(known))
@@ -89,7 +91,7 @@ def _check_values(file: File, oscillator: str) -> None:
 
 
 def _laws(file: File, setup: Setup, laws: Sequence[str] | None) -> list[str]:
-    """The laws asked for, or those in the sidecar, or all that apply."""
+    """The laws asked for, or those in the sidecar, or the usual ones that apply."""
     if laws:
         return list(dict.fromkeys(laws))
     known = [NO_LAW, *LAWS]

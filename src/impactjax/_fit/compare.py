@@ -8,7 +8,7 @@ from impactjax._fit.effort import effort
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.first_estimates import first_estimates
 from impactjax._fit.fit import pose, solve
-from impactjax._fit.laws import LAWS, NO_LAW
+from impactjax._fit.laws import LAWS, NO_LAW, USUAL_LAWS
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.oscillators import OSCILLATORS
 from impactjax._fit.problem import Problem
@@ -48,12 +48,12 @@ class Fitted(NamedTuple):
 
 
 def laws_for(recording: AnyRecording, setup: Setup) -> list[str]:
-    """The laws to try where none was asked for: none at all if the motion is free."""
+    """The usual laws, to try where none was asked for; no law at all if the motion is free."""
     if isinstance(recording, ImpactTimes):
-        return list(LAWS)
+        return list(USUAL_LAWS)
     oscillator = OSCILLATORS[setup.oscillator](setup.fixed, False)
     seen = first_estimates(recording, oscillator, setup.fixed.get("gap", 0.0))
-    return [NO_LAW] if seen.swings_freely else list(LAWS)
+    return [NO_LAW] if seen.swings_freely else list(USUAL_LAWS)
 
 
 def compare(

@@ -15,6 +15,8 @@ from impactjax._simulate.simulate import InitialState
 
 _PROMINENCE = 6.0  # of an extremum, in sizes of the noise
 _USUAL_RESTITUTION = 0.6
+_USUAL_SPEED = 0.5  # [m/s]
+_REST = 1e-6  # [m/s]; slower is no impact to speak of
 _DIFFERENT = 1e-3  # relative range of the speeds that a line needs
 _CONTACT_SAMPLES = 4  # guess of a contact's duration
 
@@ -43,6 +45,12 @@ class FirstEstimates(NamedTuple):
         return float(np.median(usable)) if usable.size else _USUAL_RESTITUTION
 
     @property
+    def speed(self) -> float:
+        """A typical speed of impact [m/s]."""
+        usable = self.speeds[self.speeds > _REST]
+        return float(np.median(usable)) if usable.size else _USUAL_SPEED
+
+    @property
     def restitution_line(self) -> tuple[float, float]:
         """r0 and α of a straight line through the impacts, r = r0 − α v."""
         differ = self.speeds.size > 2 and np.ptp(self.speeds) > _DIFFERENT * self.speeds.max()
@@ -52,6 +60,14 @@ class FirstEstimates(NamedTuple):
         if not 0.02 < level < 0.98:
             return self.restitution, 0.0
         return float(level), float(-slope)
+
+    @property
+    def restitution_power(self) -> tuple[float, float]:
+        """r0 and α of r = r0 v^−α through the typical impact, with the slope of the line."""
+        _, slope = self.restitution_line
+        r, v = self.restitution, self.speed
+        alpha = float(np.clip(slope * v / r, 0.05, 1.0))
+        return r * v**alpha, alpha
 
 
 def first_estimates(

@@ -1,0 +1,71 @@
+"""Where the search for each law starts: at the restitution, speed and duration that were seen."""
+
+import math
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import impactjax as ij
+from impactjax._fit.first_estimates import FirstEstimates
+from impactjax._fit.laws import LAWS, USUAL_LAWS
+
+MASS, CONTACT = 0.02, 700.0
+SPEEDS = np.array([0.7, 0.6, 0.5, 0.4])
+CLOSED = [
+    "kelvin-voigt",
+    "kelvin-voigt-linear-restitution",
+    "maxwell",
+    "walton",
+    "hertz",
+    "simon",
+    "hunt-crossley",
+]
+RIGID = ["restitution", "linear-restitution", "power-restitution"]
+INTEGRATED = ["pust-peterka", "hertz-dashpot", "power-law"]
+
+
+def seen(r, slope=0.0):
+    pendulum = ij.Pendulum(13.0, mass=MASS)
+    ratios = r - slope * (SPEEDS - np.median(SPEEDS))
+    return FirstEstimates(pendulum, ij.InitialState(0.7), SPEEDS, ratios, CONTACT, False)
+
+
+def start(name, guess) -> Any:
+    return LAWS[name](guess)
+
+
+def test_every_law_is_tested_here():
+    assert sorted(LAWS) == sorted(CLOSED + RIGID + INTEGRATED)
+    assert set(USUAL_LAWS) <= set(LAWS)
+
+
+@pytest.mark.parametrize("r", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("name", CLOSED)
+def test_start_has_the_restitution_and_duration_that_were_seen(name, r):
+    law = start(name, seen(r))
+    found = law.equivalents(seen(r).speed, MASS)
+    np.testing.assert_allclose(found.restitution, 1.0 if name == "hertz" else r, rtol=1e-12)
+    assert abs(float(found.duration) * CONTACT / math.pi - 1) < 0.3
+
+
+@pytest.mark.parametrize("name", RIGID)
+def test_rigid_start_has_the_restitution_that_was_seen(name):
+    guess = seen(0.6, slope=0.3)
+    law = start(name, guess)
+    np.testing.assert_allclose(law.restitution(jnp.asarray(guess.speed)), 0.6, rtol=1e-12)
+    by_speed = jax.grad(law.restitution)(jnp.asarray(guess.speed))
+    expected = 0.0 if name == "restitution" else -0.3
+    np.testing.assert_allclose(by_speed, expected, atol=1e-9)
+
+
+def test_start_of_the_laws_without_a_closed_form():
+    guess = seen(0.6)
+    simon, own = start("simon", guess), start("pust-peterka", guess)
+    assert (own.k, own.alpha, own.q) == (simon.k, simon.c, 1)
+    for name, tolerance in (("power-law", 1e-6), ("hertz-dashpot", 0.1)):
+        found = ij.single_impact(start(name, guess), guess.speed, MASS)
+        assert abs(float(found.restitution) - 0.6) < tolerance
+        assert abs(float(found.duration) * CONTACT / math.pi - 1) < 0.3
