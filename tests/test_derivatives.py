@@ -143,3 +143,22 @@ def test_second_derivatives_are_exact(name):
         )
         found, expected = hessian[:, i] * scale * value, column * scale * value
         assert np.max(np.abs(found - expected)) < 1e-6 * np.max(np.abs(hessian * scale * value))
+
+
+def test_a_mass_that_slips_does_not_stick_again_by_rounding():
+    # At slip speed and acceleration are zero; a rounded acceleration that points back once made
+    # the mass stick and slip for ever, or move on with an infinite derivative.
+    def end(friction):
+        base = ij.HarmonicMotion(0.03, 9.0)
+        oscillator = ij.LinearOscillator(12.0, 0.01, dry_friction=friction, base=base)
+        start = ij.InitialState(0.03)
+        model = ij.ImpactOscillator(oscillator)
+        run = ij.simulate(model, start, jnp.array([3.0]), t0=0.0, max_steps=96)
+        return run.position[0], run.result == ij.RESULTS.successful
+
+    frictions = jnp.linspace(0.9, 1.5, 32)
+    slopes, fine = jax.jit(jax.vmap(jax.jacfwd(end, has_aux=True)))(frictions)
+    place = jax.jit(jax.vmap(lambda friction: end(friction)[0]))
+    assert fine.all()
+    differences = (place(frictions + 1e-5) - place(frictions - 1e-5)) / 2e-5
+    np.testing.assert_allclose(slopes, differences, atol=1e-9)

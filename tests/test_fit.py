@@ -232,3 +232,26 @@ def test_what_cannot_be_fitted_is_refused(arguments, words):
             initial=ij.InitialState(0.0),
             **arguments,
         )
+
+
+def test_a_launch_from_the_stop_is_bounded_on_both_sides():
+    # Faster is expected from lower, and lower is inside the stop: that is no reason to give up.
+    ts = np.linspace(0.0, 0.7, 71)
+    flies = 2 * 1.5 / 9.81
+    after = ts - flies
+    height = np.where(after < 0, 1.5 * ts - 9.81 * ts**2 / 2, 1.2 * after - 9.81 * after**2 / 2)
+    height = np.maximum(height, 0) + 5e-4 * np.random.default_rng(0).standard_normal(71)
+    recording = ij.Recording(jnp.asarray(ts[:50]), jnp.asarray(height[:50]), ij.Displacement())
+    model = ij.ImpactOscillator(ij.BouncingBall(9.81), ij.Stop(ij.Restitution(0.7)))
+    start = ij.InitialState(1e-4, 1.5)
+    found = ij.profiled(ij.fit(model, recording, initial=start, simulation=SMALL), lanes=4)
+    assert found.verdict("x_dot0") == ij.Verdict.IDENTIFIED
+    low, high = (float(ends[found.names.index("x_dot0")]) for ends in (found.low, found.high))
+    assert low < 1.5 < high < 1.51
+
+
+def test_nothing_left_to_fit_is_refused():
+    recording = ij.Recording(jnp.arange(3.0), jnp.arange(3.0), ij.Displacement())
+    model, start = ij.ImpactOscillator(ij.FreeMass()), ij.InitialState(0.0, 1.0)
+    with pytest.raises(ValueError, match="all are fixed"):
+        ij.fit(model, recording, initial=start, fixed=("x0", "x_dot0"))

@@ -43,7 +43,7 @@ def simulate_command(
     noise: Annotated[
         float, typer.Option("--noise", metavar="X", help="Of the samples, in deg or mm.")
     ] = 0.0,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the noise.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Of the noise.")] = 0,
     impacts: Annotated[
         bool, typer.Option("--impacts", help="Write the impact log instead of the samples.")
     ] = False,

@@ -42,6 +42,10 @@ class Problem(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     simulation: Simulation = Simulation()
 
+    def __check_init__(self) -> None:
+        if not self.names:
+            raise ValueError("No parameter is left to fit; all are fixed.")
+
     def answer(self, values: Vector) -> Answer:
         """Residuals with parameters in their natural units."""
         system = replaced(self.system, self.names, list(values))

@@ -76,6 +76,7 @@ class _Walk:
     inner: tuple[float, float] = (0.0, 0.0)  # distance and rise, within the interval
     outer: tuple[float, float] | None = None  # beyond it
     distance: float = 0.0
+    follows: bool = True  # whether the others start where they are expected, or at their estimates
     done: bool = False
     bounded: bool = False
 
@@ -98,6 +99,9 @@ class _Walk:
 
     def learn(self, rise: float) -> None:
         """Takes in the rise at the value that was held; NaN where nothing could be simulated."""
+        if math.isnan(rise) and self.follows:
+            self.follows = False  # the same value once more: the others may have left their range
+            return
         at_limit = abs(rise - self.limit) < _NEAR * self.limit
         if rise >= self.limit or at_limit:
             self.outer, self.bounded = (self.distance, rise), True
@@ -164,7 +168,7 @@ def _start(estimate: Estimate, ranges: list[Range], walk: _Walk, value: float) -
     values, covariance = np.asarray(estimate.values), np.asarray(estimate.covariance)
     together = covariance[:, walk.parameter]
     variance = together[walk.parameter]
-    known = 0 < variance < math.inf
+    known = walk.follows and 0 < variance < math.inf
     start = values + (together / variance * (value - walk.centre) if known else 0.0)
     nearest = [1e-3 if allowed.excludes_low else 0.0 for allowed in ranges]
     lowest = [

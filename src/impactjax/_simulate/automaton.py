@@ -9,7 +9,7 @@ from impactjax._model.law import AbstractForceLaw
 from impactjax._model.separation import AtZeroForce
 from impactjax._simulate.chatter import tail, tail_state
 from impactjax._simulate.compliant_stop import PullFree, Surface
-from impactjax._simulate.flow import driven_acceleration, flow, has_resistance, walls
+from impactjax._simulate.flow import driven_acceleration, flow, has_resistance, is_held, walls
 from impactjax._simulate.rigid_stop import RigidStop
 from impactjax._simulate.sliding import Sliding
 from impactjax._simulate.state import Mode, Phase, State
@@ -70,12 +70,23 @@ class Automaton(eqx.Module):
         numbered = enumerate(self.transitions)
         return [(index, each) for index, each in numbered if isinstance(each, RigidStop)]
 
-    def zeroed(self, event: Code) -> list[Flag]:
-        """Which guards are zero, up to rounding, just after an event."""
-        return [
-            (event == index) & transition.guard_stays_zero
-            for index, transition in enumerate(self.transitions)
-        ]
+    def just_after(
+        self, event: Code, mode: Mode, guards: list[tuple[Scalar, Scalar]]
+    ) -> list[tuple[Scalar, Scalar]]:
+        """Guards and their slopes after an event, without the rounding that would repeat it.
+
+        A mass that has just begun to move does not stop at once: at slip both speed and
+        acceleration are zero, and the rounded acceleration may point back.
+        """
+        moves = ~is_held(self.model, mode)
+        cleaned = []
+        numbered = enumerate(zip(self.transitions, guards, strict=True))
+        for index, (transition, (value, slope)) in numbered:
+            here = event == index
+            value = jnp.where(here & transition.guard_stays_zero, 0.0, value)
+            repeats = here & moves & (value == 0)
+            cleaned.append((value, jnp.where(repeats, jnp.maximum(slope, 0), slope)))
+        return cleaned
 
 
 def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:

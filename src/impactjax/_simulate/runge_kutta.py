@@ -190,11 +190,10 @@ def _first_event(
     """
     before = _guard_jets(automaton, start.t, start.y, start.mode)
     after = _guard_jets(automaton, start.t + h, end, start.mode)
-    zeroed = automaton.zeroed(start.arrival)
+    heads = automaton.just_after(start.arrival, start.mode, [jet[:2] for jet in before])
     event, fraction, unclear = jnp.int32(NO_EVENT), jnp.full_like(h, jnp.inf), jnp.zeros((), bool)
-    for index, (jet0, jet1, is_zero) in enumerate(zip(before, after, zeroed, strict=True)):
-        value0 = jnp.where(is_zero, 0.0, jet0[0])
-        crossing = _watched((value0, *jet0[1:]), jet1, h, settle)
+    for index, (head, jet0, jet1) in enumerate(zip(heads, before, after, strict=True)):
+        crossing = _watched((*head, jet0[2]), jet1, h, settle)
         ahead = 1 - jet1[0] / (jet1[1] * h)
         close = (target == index) & (jnp.abs(ahead - 1) < 0.5)
         own = jnp.where(jnp.isinf(crossing.fraction) & close, ahead, crossing.fraction)

@@ -72,7 +72,10 @@ class TaylorStep(AbstractStep):
             h = jnp.minimum(h, _FLIGHTS * unit * _flight_time(guard))
         settle = h <= _RESOLUTION * natural
         scaled = [_rescaled(guard, h / unit) for guard in guards]
-        event, fraction, unclear = _first_event(scaled, automaton.zeroed(start.arrival), settle)
+        heads = [(guard[0], guard[1]) for guard in scaled]
+        heads = automaton.just_after(start.arrival, start.mode, heads)
+        cleaned = [[*head, *guard[2:]] for head, guard in zip(heads, scaled, strict=True)]
+        event, fraction, unclear = _first_event(cleaned, settle)
         h = h * jnp.minimum(fraction, 1.0)
         end = self.evaluate(
             automaton, start.mode, self._packed(start.y, position, internal, unit), h
@@ -147,15 +150,12 @@ def _(primals: tuple[Array, Scalar], tangents: tuple[Array, Scalar]) -> tuple[Ar
     return coefficients, _delayed(d_coefficients, z) - _delayed(slope, z) * d_z
 
 
-def _first_event(
-    guards: list[Series], zeroed: list[Flag], settle: Flag
-) -> tuple[Code, Scalar, Flag]:
+def _first_event(guards: list[Series], settle: Flag) -> tuple[Code, Scalar, Flag]:
     """The first transition on a step, where it happens as a fraction of it, and any doubt."""
     event, unclear = jnp.int32(NO_EVENT), jnp.zeros((), bool)
     fraction = jnp.full_like(guards[0][0], jnp.inf) if guards else jnp.asarray(jnp.inf)
-    for index, (guard, is_zero) in enumerate(zip(guards, zeroed, strict=True)):
-        start = jnp.where(is_zero, 0.0, guard[0])
-        crossing = first_crossing([start, *guard[1:]], settle)
+    for index, guard in enumerate(guards):
+        crossing = first_crossing(guard, settle)
         earlier = crossing.fraction < fraction
         event = jnp.where(earlier, index, event).astype(jnp.int32)
         fraction = jnp.where(earlier, crossing.fraction, fraction)
