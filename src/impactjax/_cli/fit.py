@@ -75,8 +75,14 @@ def fit_command(
     if targets is not None:
         json_path, page_path = targets
         command = shlex.join(["impactjax", *sys.argv[1:]])
-        json_path.write_text(json.dumps(document(fits, seed), indent=2) + "\n", encoding="utf-8")
-        page_path.write_text(page(fits, command, seed), encoding="utf-8")
+        try:
+            json_path.write_text(
+                json.dumps(document(fits, seed), indent=2) + "\n", encoding="utf-8"
+            )
+            page_path.write_text(page(fits, command, seed), encoding="utf-8")
+        except OSError as error:
+            typer.echo(f"impactjax: {out} cannot be written to ({error.strerror}).", err=True)
+            raise typer.Exit(2) from error
         typer.echo(f"Written: {json_path}, {page_path}")
 
 

@@ -131,7 +131,7 @@ def _begin(estimate: Estimate, ranges: list[Range], parameter: int, side: int) -
     freedom = estimate.residuals.shape[0] - len(estimate.names)
     limit = float(special.stdtrit(freedom, 0.975))
     walk = _Walk(parameter, side, centre, error, logarithmic, farthest, limit)
-    walk.done = farthest <= 0
+    walk.done = farthest <= 0 or not math.isfinite(float(estimate.rms))
     return walk
 
 
