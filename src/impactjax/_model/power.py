@@ -25,14 +25,16 @@ def power_force(
 
 
 def power(x: Float[Array, "..."], exponent: Exponent) -> Float[Array, "..."]:
-    """xⁿ where x > 0 and zero elsewhere; for a plain integer n the polynomial, everywhere."""
+    """xⁿ where x > 0 and zero elsewhere; for a plain integer n the polynomial, everywhere, and for
+    n = 0 one everywhere.
+    """
     if isinstance(exponent, int):
         return x**exponent
     # Contact begins at x = 0, where some derivative of xⁿ is infinite; even in a branch that is not
     # taken it would turn gradients into NaN. Here all derivatives are zero instead.
     inside = x > 0
     safe = jnp.where(inside, x, jnp.ones_like(x))
-    return jnp.where(inside, safe**exponent, jnp.zeros_like(x))
+    return jnp.where(inside, safe**exponent, jnp.where(exponent == 0, 1, jnp.zeros_like(x)))
 
 
 def odd_power(x: Float[Array, "..."], exponent: Exponent) -> Float[Array, "..."]:
