@@ -191,6 +191,30 @@ def test_derivatives_of_integration_are_those_of_the_closed_form():
             assert abs(float(a - b)) < 1e-9 * scale, field
 
 
+def test_derivatives_where_the_slope_of_the_force_jumps_or_is_infinite():
+    """Walton's and Tsuji's laws as power laws, by k, c and speed, against closed forms."""
+
+    def restitution(x, exponents):
+        law = ij.PowerLaw(x[0], x[1], *exponents)
+        return ij.single_impact(law, x[2], MASS, tolerance=1e-10).restitution
+
+    def walton(x):
+        return ij.Walton(x[0], x[1]).equivalents(x[2], MASS).restitution
+
+    def tsuji(x):
+        gamma = x[1] / jnp.sqrt(5 * MASS * x[0])
+        return jnp.exp(-math.pi * gamma / jnp.sqrt(1 - gamma**2))
+
+    slopes = jax.jit(jax.jacfwd(restitution))
+    for closed, exponents, values, tolerance in (
+        (walton, [1.0, 1.0, 1.0], [1e4, 1e4, 0.7], 1e-7),
+        (tsuji, [1.5, 0.25, 1.0], [1e6, 150.0, 0.7], 1e-3),
+    ):
+        x = jnp.array(values)
+        found, expected = slopes(x, jnp.array(exponents)), jax.grad(closed)(x)
+        assert np.all(np.abs((found - expected) * x) < tolerance)
+
+
 @pytest.mark.parametrize(
     "name", ["KelvinVoigt", "KelvinVoigt without pull", "Maxwell", "Simon", "HertzDashpot"]
 )

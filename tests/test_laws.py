@@ -220,7 +220,7 @@ def test_maxwell_meets_a_mass_that_turns_back_at_its_indentation():
 
 DIFFERENTIATED = {
     "Maxwell": (ij.Maxwell, (700.0, 0.2)),
-    "PowerLaw": (ij.PowerLaw, (1e6, 2e2, 1.5, 0.25, 1.2)),
+    "PowerLaw": (ij.PowerLaw, (1e6, 2e4, 1.5, 1.0, 1.2)),
     "PowerRestitution": (ij.PowerRestitution, (0.6, 0.1)),
 }
 

@@ -16,7 +16,8 @@ class PowerLaw(AbstractMemorylessLaw):
     (3/2, 3/2, 1), `HuntCrossley` (n, n, 1), `PustPeterka` (3/2, 3/2, q), `HertzDashpot`
     (3/2, 0, 1); and (3/2, 1/4, 1), whose restitution is the same at every speed (Tsuji).
 
-    For q < 1 the damping has a kink at δ′ = 0, where a simulation takes small steps.
+    For q < 1 the damping has a kink at δ′ = 0, where a simulation takes small steps. For 0 < p < 1
+    its slope at δ = 0 is infinite; derivatives of a simulation are then good to four digits only.
 
     Source: Carter (2005), chapter 3, generalised; Tsuji, Tanaka & Ishida, Powder Technology 71,
     239 (1992).

@@ -88,9 +88,6 @@ def _push_forward(
         automaton, in_time = Automaton(model), jnp.zeros_like(h)
         return state_within(step, automaton, chatters, t, y, mode, expansion, h, in_time)
 
-    def evaluated(s: Scalar) -> State:
-        return step.evaluate(Automaton(model), mode, expansion, s)
-
     def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
         """Zero at the end of the step: the guard, or what is left of a summed chatter."""
         automaton = Automaton(model)
@@ -105,9 +102,7 @@ def _push_forward(
 
     _, d_expansion = jax.jvp(expanded, (model, t, y), (d_model, d_t, d_y))
     _, d_end = jax.jvp(flowed, (model, t, y, expansion), (d_model, d_t, d_y, d_expansion))
-    # The rate of the step itself, not that of the flow: at its end a law's slope may be infinite,
-    # and only with the same rate its effects on state and duration cancel.
-    _, rate = jax.jvp(evaluated, (h,), (jnp.ones_like(h),))
+    rate = step.end_rate(Automaton(model), mode, expansion, t, h, end)
     place = (model, t, y, h, end)
     still = jax.tree.map(jnp.zeros_like, (model, t, y))
     _, d_reserve = jax.jvp(reserve, place, (d_model, d_t, d_y, jnp.zeros_like(h), d_end))

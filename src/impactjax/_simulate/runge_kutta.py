@@ -120,6 +120,25 @@ class RungeKutta(AbstractStep):
         t, y, delay = expansion
         return self._step(automaton, t, y, mode, s - delay)[0]
 
+    def end_rate(
+        self,
+        automaton: Automaton,
+        mode: Mode,
+        expansion: _Expansion,
+        t: Scalar,
+        h: Scalar,
+        end: State,
+    ) -> State:
+        """That of the step itself: a force may have an infinite slope at the end of contact, whose
+        effects through state and duration cancel only if both are those of one map.
+        """
+        del t, end
+
+        def reached(h: Scalar) -> State:
+            return self.evaluate(automaton, mode, expansion, h)
+
+        return jax.jvp(reached, (h,), (jnp.ones_like(h),))[1]
+
     def _step(
         self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
     ) -> tuple[State, Scalar]:

@@ -69,3 +69,15 @@ class AbstractStep(eqx.Module):
 
         Smooth in everything: the derivatives of a simulation are those of this map.
         """
+
+    @abc.abstractmethod
+    def end_rate(
+        self,
+        automaton: Automaton,
+        mode: Mode,
+        expansion: PyTree,
+        t: Scalar,
+        h: Scalar,
+        end: State,
+    ) -> State:
+        """The rate at which the end of a step from `t` moves with its duration `h`."""

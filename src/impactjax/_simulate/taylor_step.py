@@ -110,6 +110,18 @@ class TaylorStep(AbstractStep):
         place, slope = horner_with_slope(list(position), w)
         return State(place, slope / unit, jax.tree.map(lambda a: horner(list(a), w), internal))
 
+    def end_rate(
+        self,
+        automaton: Automaton,
+        mode: Mode,
+        expansion: _Expansion,
+        t: Scalar,
+        h: Scalar,
+        end: State,
+    ) -> State:
+        del expansion
+        return automaton.flow(t + h, end, mode)
+
     def _packed(
         self, y: State, position: Series, internal: list[Series], unit: Scalar
     ) -> _Expansion:
