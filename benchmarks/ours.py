@@ -3,12 +3,6 @@
 import os
 from collections.abc import Callable
 
-os.environ.setdefault(
-    "XLA_FLAGS",
-    "--xla_backend_extra_options="
-    "xla_cpu_use_multi_output_fusion,xla_cpu_small_while_loop_byte_threshold=1000000",
-)  # as the command line sets them: see docs/engine.md
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,9 +10,11 @@ from jaxtyping import Array
 
 import impactjax as ij
 from contact_alone import ContactAlone
+from impactjax._cli.environment import XLA_FLAGS
 from rivals import reference, tasks
 from rivals.prepared import Prepared, prepare
 
+os.environ.setdefault("XLA_FLAGS", XLA_FLAGS)  # read before the first computation
 jax.config.update("jax_enable_x64", True)
 
 TOLERANCE = 5e-8

@@ -9,15 +9,14 @@ import sys
 import time
 from collections.abc import Callable
 
-import ours  # sets what XLA is to do, before JAX is loaded
-
-import jax  # isort: skip
+import jax
 import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 from jaxtyping import Array
 
 import impactjax as ij
+import ours
 from rivals import tasks
 
 LANES = np.array([50, 100, 200, 400, 800])
@@ -43,11 +42,10 @@ def _sampled(values: Array, count: int) -> Array:
 def _lanes(count: int) -> Callable[[], Array]:
     rows = jnp.asarray(tasks.drawn_parameters(tasks.RESTITUTION)[:count])
 
-    def batch(rows: Array) -> Array:
-        one = lambda values: ours.angles(tasks.RESTITUTION, values)  # noqa: E731
-        return jax.lax.map(one, rows, batch_size=ours.TOGETHER)
+    def one(values: Array) -> Array:
+        return ours.angles(tasks.RESTITUTION, values)
 
-    compiled = jax.jit(batch)
+    compiled = jax.jit(lambda rows: jax.lax.map(one, rows, batch_size=ours.TOGETHER))
     return lambda: compiled(rows)
 
 

@@ -9,12 +9,11 @@ import math
 from pathlib import Path
 
 import jax
+import numpy as np
+
+import impactjax as ij
 
 jax.config.update("jax_enable_x64", True)
-
-import numpy as np  # noqa: E402
-
-import impactjax as ij  # noqa: E402
 
 HERE = Path(__file__).parent
 LENGTH, MASS = 0.071, 0.020

@@ -4,14 +4,13 @@ import math
 from pathlib import Path
 
 import jax
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+import impactjax as ij
 
 jax.config.update("jax_enable_x64", True)
-
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.axes import Axes  # noqa: E402
-
-import impactjax as ij  # noqa: E402
 
 HERE = Path(__file__).parent
 RECORDED, FITTED, MASS = "#8fa3b5", "#b3261e", "#1f4e79"

@@ -4,15 +4,14 @@ import math
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+import impactjax as ij
 
 jax.config.update("jax_enable_x64", True)
-
-import jax.numpy as jnp  # noqa: E402
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.axes import Axes  # noqa: E402
-
-import impactjax as ij  # noqa: E402
 
 HERE = Path(__file__).parent
 EXACT, FORMULA, GREY = "#1f4e79", "#b3261e", "#8fa3b5"

@@ -4,6 +4,7 @@ import functools
 import math
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -176,3 +177,16 @@ def test_a_start_on_the_stop_that_heads_into_it_is_an_impact_at_once(step):
     t = np.linspace(0.0, 0.1, 3)
     np.testing.assert_allclose(run.position, 0.5 - 0.5 * t - 9.80665 / 2 * t**2, atol=1e-9)
     assert run.impacts.count == 1
+
+
+def test_an_inverted_pendulum_is_a_hanging_one_turned_over():
+    standing = ij.Pendulum(5.0, 0.1, equilibrium=ij.Inverted())
+    times = jnp.linspace(0.0, 2.0, 41)
+    ours, turned = (
+        ij.simulate(
+            ij.ImpactOscillator(oscillator), ij.InitialState(angle, 0.3), times, tolerance=1e-12
+        )
+        for oscillator, angle in ((standing, 0.2), (ij.Pendulum(5.0, 0.1), 0.2 + np.pi))
+    )
+    np.testing.assert_allclose(ours.position, turned.position - np.pi, atol=1e-10)
+    assert np.max(np.abs(ours.position)) > 1

@@ -34,13 +34,15 @@ from impactjax._measure.recording import Recording as Recording
 from impactjax._measure.sensor import Sensor as Sensor
 from impactjax._model.base_motion import HarmonicMotion as HarmonicMotion
 from impactjax._model.bouncing_ball import BouncingBall as BouncingBall
+from impactjax._model.equilibrium import AbstractEquilibrium as AbstractEquilibrium
+from impactjax._model.equilibrium import Hanging as Hanging
+from impactjax._model.equilibrium import Inverted as Inverted
 from impactjax._model.equivalents import Equivalents as Equivalents
 from impactjax._model.free_mass import FreeMass as FreeMass
 from impactjax._model.hertz import Hertz as Hertz
 from impactjax._model.hertz_dashpot import HertzDashpot as HertzDashpot
 from impactjax._model.hunt_crossley import HuntCrossley as HuntCrossley
 from impactjax._model.impact_oscillator import ImpactOscillator as ImpactOscillator
-from impactjax._model.inverted_pendulum import InvertedPendulum as InvertedPendulum
 from impactjax._model.kelvin_voigt import KelvinVoigt as KelvinVoigt
 from impactjax._model.kelvin_voigt_linear_restitution import (
     KelvinVoigtLinearRestitution as KelvinVoigtLinearRestitution,

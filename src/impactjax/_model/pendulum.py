@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from impactjax._model.base_motion import HarmonicMotion
+from impactjax._model.equilibrium import AbstractEquilibrium, Hanging
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
@@ -22,9 +23,11 @@ STANDARD_GRAVITY = 9.80665  # [m/s²]
 
 
 class Pendulum(AbstractOscillator):
-    """A hanging pendulum with viscous and, if given, dry friction and a base that shakes:
+    """A pendulum with viscous and, if given, dry friction and a base that shakes:
 
-    θ″ + 2 ζ ω_n θ′ + ω_n² sin θ + dry_friction sgn θ′ = (A / length) Ω² sin(Ω t + φ) cos θ.
+    θ″ + 2 ζ ω_n θ′ ± ω_n² sin θ + dry_friction sgn θ′ = (A / length) Ω² sin(Ω t + φ) cos θ,
+
+    with + if the angle is counted from where it hangs and − if from upright.
 
     Source: Carter (2005), 2.10; dry friction is that of Coulomb.
 
@@ -37,6 +40,8 @@ class Pendulum(AbstractOscillator):
     - `mass`: effective mass at the point of contact [kg].
     - `dry_friction`: deceleration by Coulomb friction [rad/s²]; left out of the physics if `None`.
     - `base`: horizontal motion of the pivot and the stops; none if `None`.
+    - `equilibrium`: from where the angle is counted, `Hanging()` or `Inverted()`; `omega_n` and
+      `zeta` are those of the hanging pendulum in both cases.
     """
 
     omega_n: AngularFrequency = eqx.field(
@@ -64,11 +69,13 @@ class Pendulum(AbstractOscillator):
         kw_only=True,
     )
     base: HarmonicMotion | None = eqx.field(default=None, kw_only=True)
+    equilibrium: AbstractEquilibrium = eqx.field(default=Hanging(), kw_only=True)
 
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate
     ) -> CoordinateAcceleration:
-        free = -2 * self.zeta * self.omega_n * velocity - self.omega_n**2 * jnp.sin(position)
+        pull = self.omega_n**2 * self.equilibrium.pull(position)
+        free = -2 * self.zeta * self.omega_n * velocity - pull
         if self.base is None:
             return free
         return free + self.base.inertia(t) / self.lever() * jnp.cos(position)

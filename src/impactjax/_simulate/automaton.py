@@ -1,5 +1,7 @@
 """The hybrid automaton of a model: its flow, its transitions, and the mode it starts in."""
 
+from typing import TypeAlias
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -17,6 +19,7 @@ from impactjax._simulate.transition import AbstractTransition, Context, Jump
 from impactjax._types import Code, Flag, Scalar
 
 NO_EVENT = -1
+Head: TypeAlias = tuple[Scalar, Scalar, Scalar]  # the first coefficients of a guard in time
 
 
 class Automaton(eqx.Module):
@@ -70,22 +73,24 @@ class Automaton(eqx.Module):
         numbered = enumerate(self.transitions)
         return [(index, each) for index, each in numbered if isinstance(each, RigidStop)]
 
-    def just_after(
-        self, event: Code, mode: Mode, guards: list[tuple[Scalar, Scalar]]
-    ) -> list[tuple[Scalar, Scalar]]:
-        """Guards and their slopes after an event, without the rounding that would repeat it.
+    def just_after(self, event: Code, mode: Mode, guards: list[Head]) -> list[Head]:
+        """Guards after an event, with their slopes and bends, without the rounding that would
+        repeat it.
 
         A mass that has just begun to move does not stop at once: at slip both speed and
-        acceleration are zero, and the rounded acceleration may point back.
+        acceleration are zero, as they are at release from a stop, and the rounded acceleration may
+        point back.
         """
         moves = ~is_held(self.model, mode)
         cleaned = []
         numbered = enumerate(zip(self.transitions, guards, strict=True))
-        for index, (transition, (value, slope)) in numbered:
+        for index, (transition, (value, slope, bend)) in numbered:
             here = event == index
             value = jnp.where(here & transition.guard_stays_zero, 0.0, value)
             repeats = here & moves & (value == 0)
-            cleaned.append((value, jnp.where(repeats, jnp.maximum(slope, 0), slope)))
+            slope = jnp.where(repeats, jnp.maximum(slope, 0), slope)
+            bend = jnp.where(repeats & (slope == 0), jnp.maximum(bend, 0), bend)
+            cleaned.append((value, slope, bend))
         return cleaned
 
 

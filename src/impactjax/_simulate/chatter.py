@@ -88,17 +88,15 @@ def is_summable(
     duration = jnp.where(falls_back, series.duration(), 0.0)
     at_rest = jnp.zeros_like(series.speed)
     now = push(model, wall, t, at_rest)
-    varied = [
-        push(model, wall, t + duration, at_rest),
-        push(model, wall, t, y.velocity),
-        push(model, wall, t, -y.velocity),
+    changes = [
+        push(model, wall, t + duration, at_rest) - now,
+        push(model, wall, t, y.velocity) - now,
+        push(model, wall, t, -y.velocity) - now,
     ]
-    change = sum(jnp.abs(other - now) for other in varied) / jnp.where(falls_back, now, 1.0)
     resistance = model.oscillator.resistance(series.speed)
     if resistance is not None:
-        change = change + jnp.abs(resistance - holding_resistance(model, now)) / jnp.where(
-            falls_back, now, 1.0
-        )
+        changes.append(resistance - holding_resistance(model, now))
+    change = sum(jnp.abs(each) for each in changes) / jnp.where(falls_back, now, 1.0)
     lever = model.oscillator.lever()
     spread = law.restitution(at_rest) - law.restitution(lever * series.speed)
     error = series.speed * (change + jnp.abs(spread))

@@ -1,12 +1,15 @@
 """When the mass lay at rest on a rigid stop."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._simulate.loop import Log
 from impactjax._simulate.replay import Path
 from impactjax._simulate.state import Phase
+
+Steps = Bool[Array, " steps"]
 
 
 class RestLog(eqx.Module):
@@ -28,8 +31,8 @@ class RestLog(eqx.Module):
 def rest_log(path: Path, log: Log, max_rests: int) -> RestLog:
     """The rests of a lane, as far as there are rows."""
     rests = log.taken & (log.mode.phase == Phase.REST)
-    before = jnp.concatenate([jnp.zeros(1, bool), rests[:-1]])
-    after = jnp.concatenate([rests[1:], jnp.zeros(1, bool)])
+    before = _just_before(rests, log.taken)
+    after = _just_before(rests[::-1], log.taken[::-1])[::-1]
     number = jnp.cumsum(rests & ~before, dtype=jnp.int32) - 1
     opened = jnp.where(rests & ~before, number, max_rests)
     closed = jnp.where(rests & ~after, number, max_rests)
@@ -45,3 +48,10 @@ def rest_log(path: Path, log: Log, max_rests: int) -> RestLog:
         stop=gather(log.mode.stop, opened),
         released=released > 0,
     )
+
+
+def _just_before(rests: Steps, taken: Steps) -> Steps:
+    """Whether the step taken before each row, however many rows above, was at rest."""
+    numbers = jnp.where(taken, jnp.arange(taken.shape[0]), -1)
+    latest = jnp.concatenate([jnp.full(1, -1), jax.lax.cummax(numbers)[:-1]])
+    return (latest >= 0) & rests[latest]

@@ -1,7 +1,8 @@
 """A step by an explicit Runge-Kutta method of Diffrax's."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
 
 import diffrax
 import equinox as eqx
@@ -21,6 +22,8 @@ _SAFETY = 0.9  # of the next step, to be accepted more often
 _SHRINK, _GROW = 0.2, 10.0  # how much one step may differ from the one before
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
+
+Value = TypeVar("Value", Scalar, list[Scalar])
 
 
 class _Expansion(NamedTuple):
@@ -188,16 +191,39 @@ def _advanced(leaves: list[Array], h: Scalar, weights: np.ndarray, stages: list)
 
 
 def _first_guess(automaton: Automaton, start: Point, tolerance: Scalar, order: int) -> Scalar:
-    """A first step from the time scales of the driven acceleration."""
+    """A first step from the time scales of the driven acceleration.
 
-    def drive(t: Scalar, y: State) -> Scalar:
+    The third one is that of a mass which is released and at first has no acceleration either.
+    """
+
+    def acceleration(t: Scalar, y: State) -> Scalar:
         return driven_acceleration(automaton.model, t, y, start.mode)
 
-    rate = automaton.flow(start.t, start.y, start.mode)
-    acceleration, jerk = jax.jvp(drive, (start.t, start.y), (jnp.ones_like(start.t), rate))
-    jerk = jnp.abs(jerk) + jnp.finfo(jerk.dtype).tiny
-    scale = jnp.maximum(jnp.abs(acceleration) / jerk, jnp.sqrt(jnp.abs(start.y.velocity) / jerk))
+    def jerk(t: Scalar, y: State) -> Scalar:
+        return _along_flow(automaton, acceleration, t, y, start.mode)
+
+    def snap(t: Scalar, y: State) -> Scalar:
+        return _along_flow(automaton, jerk, t, y, start.mode)
+
+    tiny = jnp.finfo(start.t.dtype).tiny
+    first, second, third = (
+        jnp.abs(rate(start.t, start.y)) + tiny for rate in (acceleration, jerk, snap)
+    )
+    scale = jnp.maximum(first / second, jnp.sqrt(jnp.abs(start.y.velocity) / second))
+    released = (start.y.velocity == 0) & jnp.isfinite(third)
+    scale = jnp.maximum(scale, jnp.where(released, second / third, 0.0))
     return (_LOCAL * tolerance) ** (1 / order) * jnp.where(scale > 0, scale, jnp.inf)
+
+
+def _along_flow(
+    automaton: Automaton,
+    function: Callable[[Scalar, State], Value],
+    t: Scalar,
+    y: State,
+    mode: Mode,
+) -> Value:
+    """Time derivative of a function of time and state on the way that the mode's flow goes."""
+    return jax.jvp(function, (t, y), (jnp.ones_like(t), automaton.flow(t, y, mode)))[1]
 
 
 def _first_event(
@@ -209,10 +235,10 @@ def _first_event(
     """
     before = _guard_jets(automaton, start.t, start.y, start.mode)
     after = _guard_jets(automaton, start.t + h, end, start.mode)
-    heads = automaton.just_after(start.arrival, start.mode, [jet[:2] for jet in before])
+    before = automaton.just_after(start.arrival, start.mode, before)
     event, fraction, unclear = jnp.int32(NO_EVENT), jnp.full_like(h, jnp.inf), jnp.zeros((), bool)
-    for index, (head, jet0, jet1) in enumerate(zip(heads, before, after, strict=True)):
-        crossing = _watched((*head, jet0[2]), jet1, h, settle)
+    for index, (jet0, jet1) in enumerate(zip(before, after, strict=True)):
+        crossing = _watched(jet0, jet1, h, settle)
         ahead = 1 - jet1[0] / (jet1[1] * h)
         close = (target == index) & (jnp.abs(ahead - 1) < 0.5)
         own = jnp.where(jnp.isinf(crossing.fraction) & close, ahead, crossing.fraction)
@@ -232,9 +258,10 @@ def _guard_jets(
         return automaton.guards(t, y, mode)
 
     def derivative(t: Scalar, y: State) -> list[Scalar]:
-        return jax.jvp(value, (t, y), (jnp.ones_like(t), automaton.flow(t, y, mode)))[1]
+        return _along_flow(automaton, value, t, y, mode)
 
-    first, second = jax.jvp(derivative, (t, y), (jnp.ones_like(t), automaton.flow(t, y, mode)))
+    first = derivative(t, y)
+    second = _along_flow(automaton, derivative, t, y, mode)
     return list(zip(value(t, y), first, second, strict=True))
 
 

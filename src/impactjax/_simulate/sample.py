@@ -38,6 +38,7 @@ def sample(
     """Position and velocity at the times `ts`."""
     automaton = Automaton(model)
     log = record.log
+    # Behind a condition, so that the compiler computes it once, not anew for each of its uses.
     pairs = jax.lax.cond(record.passes > 0, _pairs, _no_pairs, log, ts)
     blocks = -(-ts.shape[0] // _BLOCK)
     times = jnp.pad(ts, (0, blocks * _BLOCK - ts.shape[0]), mode="edge").reshape(blocks, _BLOCK)
@@ -47,7 +48,6 @@ def sample(
         t, y, mode, expansion = jax.tree.map(
             lambda column: column[row], (path.t, path.y, log.mode, path.expansion)
         )
-
         begin = jax.lax.stop_gradient(t)
         delay = t - begin
         delayed = step.delayed(expansion, delay)

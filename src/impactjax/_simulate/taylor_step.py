@@ -72,9 +72,9 @@ class TaylorStep(AbstractStep):
             h = jnp.minimum(h, _FLIGHTS * unit * _flight_time(guard))
         settle = h <= _RESOLUTION * natural
         scaled = [_rescaled(guard, h / unit) for guard in guards]
-        heads = [(guard[0], guard[1]) for guard in scaled]
+        heads = [(guard[0], guard[1], guard[2]) for guard in scaled]
         heads = automaton.just_after(start.arrival, start.mode, heads)
-        cleaned = [[*head, *guard[2:]] for head, guard in zip(heads, scaled, strict=True)]
+        cleaned = [[*head, *guard[3:]] for head, guard in zip(heads, scaled, strict=True)]
         event, fraction, unclear = _first_event(cleaned, settle)
         h = h * jnp.minimum(fraction, 1.0)
         end = self.evaluate(
