@@ -216,37 +216,3 @@ def test_maxwell_meets_a_mass_that_turns_back_at_its_indentation():
     depths, rates = -np.asarray(found.position[1:]), -np.asarray(found.velocity[1:])
     np.testing.assert_allclose(depths, [depth, depth, after.y[0, -1]], rtol=1e-9)
     np.testing.assert_allclose(rates, [rate, -rate, after.y[1, -1]], rtol=1e-9)
-
-
-DIFFERENTIATED = {
-    "Maxwell": (ij.Maxwell, (700.0, 0.2)),
-    "PowerLaw": (ij.PowerLaw, (1e6, 2e4, 1.5, 1.0, 1.2)),
-    "PowerRestitution": (ij.PowerRestitution, (0.6, 0.1)),
-}
-
-
-@pytest.mark.parametrize("name", DIFFERENTIATED)
-def test_derivatives_forward_and_reverse(name):
-    """By the law's parameters and the initial angle, over several impacts of a pendulum."""
-    make, values = DIFFERENTIATED[name]
-    values = jnp.array([*values, 0.7])
-    pendulum = ij.Pendulum(13.47, 0.0017, length=0.071, mass=MASS)
-
-    def outputs(p):
-        run = ij.simulate(
-            model(make(*p[:-1]), pendulum),
-            ij.InitialState(p[-1]),
-            jnp.array([0.3, 0.6]),
-            t0=0.0,
-            max_steps=256,
-            max_impacts=4,
-        )
-        return jnp.concatenate([run.position, run.impacts.separation_speed])
-
-    size = np.abs(values)
-    forward = np.asarray(jax.jit(jax.jacfwd(outputs))(values)) * size
-    reverse = np.asarray(jax.jit(jax.jacrev(outputs))(values)) * size
-    assert np.all(np.isfinite(forward))
-    scale = np.max(np.abs(forward))
-    assert np.max(np.abs(forward - reverse)) < 1e-12 * scale
-    assert np.all(np.max(np.abs(forward), axis=0) > 1e-9 * scale)

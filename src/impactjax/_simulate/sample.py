@@ -40,14 +40,18 @@ def sample(
     log = record.log
     # Behind a condition, so that the compiler computes it once, not anew for each of its uses.
     pairs = jax.lax.cond(record.passes > 0, _pairs, _no_pairs, log, ts)
+    few = pairs.step.shape[0] < log.t.shape[0]  # so few that most steps hold no sample
     blocks = -(-ts.shape[0] // _BLOCK)
     times = jnp.pad(ts, (0, blocks * _BLOCK - ts.shape[0]), mode="edge").reshape(blocks, _BLOCK)
 
     def states(pair: tuple[Array, Array]) -> State:
         row, block = pair
-        t, y, mode, expansion = jax.tree.map(
-            lambda column: column[row], (path.t, path.y, log.mode, path.expansion)
-        )
+        start = (path.t, path.y, log.mode, log.h)
+        t, y, mode, h = jax.tree.map(lambda column: column[row], start)
+        if few:
+            expansion = step.expand(automaton, t, y, mode, h)
+        else:
+            expansion = jax.tree.map(lambda column: column[row], path.expansion)
         begin = jax.lax.stop_gradient(t)
         delay = t - begin
         delayed = step.delayed(expansion, delay)
