@@ -65,7 +65,7 @@ def solve(problem: Problem, starts: Starts, optimiser: LevenbergMarquardt) -> Es
     """The estimate of the best of several searches."""
     lanes = starts.lanes(problem)
     minima = search(problem, optimiser, lanes, jnp.ones(lanes.shape, bool))
-    return summarise(problem, best_of(minima))
+    return summarise(problem, best_of(minima), minima.quadratic.cost)
 
 
 def pose(

@@ -23,6 +23,7 @@ class Answer(NamedTuple):
 
     residuals: Residuals  # simulated minus recorded, in the recording's SI unit
     impacts: ImpactLog
+    jacobian: Float[Array, "observations parameters"] | None = None  # if it was asked for
 
 
 class Simulation(eqx.Module):
@@ -74,7 +75,7 @@ class Problem(eqx.Module):
             gradient=gradient * slopes,
             curvature=information * slopes[:, None] * slopes[None, :],
             information=information,
-            answer=answer,
+            answer=answer._replace(jacobian=jacobian),
         )
 
 

@@ -14,7 +14,7 @@ from impactjax._fit.verdict import Verdict
 
 
 @eqx.filter_jit
-def summarise(problem: Problem, minimum: Minimum[Answer]) -> Estimate:
+def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) -> Estimate:
     """The estimate that a minimum stands for, in the approximation of small errors."""
     residuals = minimum.quadratic.answer.residuals
     n, p = residuals.shape[0], len(problem.names)
@@ -37,12 +37,14 @@ def summarise(problem: Problem, minimum: Minimum[Answer]) -> Estimate:
         covariance=covariance,
         verdicts=verdicts(low > lowest, high < highest),
         residuals=residuals,
+        jacobian=minimum.quadratic.answer.jacobian,
         impacts=minimum.quadratic.answer.impacts,
         rms=jnp.sqrt(squares / n),
         aic=2 * (p + 1) - 2 * likelihood,
         bic=jnp.log(float(n)) * (p + 1) - 2 * likelihood,
         converged=minimum.converged,
         iterations=minimum.iterations,
+        start_costs=start_costs,
     )
 
 

@@ -1,4 +1,4 @@
-"""Figures of a fit, each a function that takes an `Axes` and returns it."""
+"""The recording, its fit, and what the fit leaves; each figure takes an `Axes` and returns it."""
 
 from typing import TYPE_CHECKING
 
@@ -6,12 +6,11 @@ import numpy as np
 
 from impactjax._fit.estimate import Estimate
 from impactjax._measure.recording import ImpactTimes
+from impactjax._report.style import FITTED, RECORDED
 from impactjax._report.units import shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-RECORDED, FITTED = "#8fa3b5", "#b3261e"
 
 
 def plot_fit(ax: "Axes", estimate: Estimate) -> "Axes":
@@ -37,7 +36,7 @@ def plot_fit(ax: "Axes", estimate: Estimate) -> "Axes":
 
 
 def plot_residuals(ax: "Axes", estimate: Estimate) -> "Axes":
-    """What the fitted motion leaves unexplained: recorded minus fitted."""
+    """What the fitted motion leaves unexplained, recorded minus fitted; dotted lines mark impacts."""
     recording = estimate.problem.recording
     unit, factor = shown_unit(recording)
     left = -np.asarray(estimate.residuals) * factor
@@ -45,17 +44,9 @@ def plot_residuals(ax: "Axes", estimate: Estimate) -> "Axes":
         ax.plot(np.arange(len(left)), left, ".-", color=FITTED, linewidth=1)
         ax.set(xlabel="impact number", ylabel=f"residual [{unit}]")
     else:
+        for time in np.asarray(estimate.impacts.time)[np.asarray(estimate.impacts.happened)]:
+            ax.axvline(time, color=RECORDED, linewidth=0.8, linestyle=":")
         ax.plot(np.asarray(recording.ts), left, ".", color=FITTED, markersize=2)
         ax.set(xlabel="time [s]", ylabel=f"residual [{unit}]")
     ax.axhline(0, color="black", linewidth=0.5)
-    return ax
-
-
-def plot_restitution(ax: "Axes", estimate: Estimate) -> "Axes":
-    """Restitution against approach speed, impact by impact, of the fitted motion."""
-    log = estimate.impacts
-    shown = np.asarray(log.happened & log.complete)
-    speeds, ratios = np.asarray(log.approach_speed)[shown], np.asarray(log.restitution)[shown]
-    ax.plot(speeds, ratios, "o", color=FITTED)
-    ax.set(xlabel="approach speed [m/s]", ylabel="restitution", ylim=(0, 1), xlim=(0, None))
     return ax
