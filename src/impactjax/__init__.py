@@ -80,8 +80,8 @@ from impactjax._model.walton import Walton as Walton
 from impactjax._report.coupling_figures import plot_correlation as plot_correlation
 from impactjax._report.coupling_figures import plot_directions as plot_directions
 from impactjax._report.coupling_figures import plot_sensitivities as plot_sensitivities
-from impactjax._report.figures import plot_fit as plot_fit
-from impactjax._report.figures import plot_residuals as plot_residuals
+from impactjax._report.fit_figures import plot_fit as plot_fit
+from impactjax._report.fit_figures import plot_residuals as plot_residuals
 from impactjax._report.residual_figures import plot_autocorrelation as plot_autocorrelation
 from impactjax._report.residual_figures import plot_impact_residuals as plot_impact_residuals
 from impactjax._report.residual_figures import plot_quantiles as plot_quantiles

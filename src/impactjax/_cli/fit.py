@@ -22,7 +22,7 @@ from impactjax._measure.file_error import FileError
 from impactjax._measure.read_recording import read_recording
 from impactjax._report.document import document
 from impactjax._report.page import page
-from impactjax._report.units import interval, shown_unit, with_error
+from impactjax._report.units import interval, quoted, shown_unit
 from impactjax._report.words import sentences
 
 _WIDTH = 120  # of a table that is not on a terminal
@@ -144,7 +144,7 @@ def _print(name: str, fits: Sequence[Fitted]) -> None:
         rms = f"{float(estimate.rms) * factor:.4g} {unit}"
         for i, parameter in enumerate(estimate.names):
             error = float(estimate.standard_errors[i])
-            value = with_error(float(estimate.values[i]), error)
+            value = quoted(estimate, parameter)
             own = "" if estimate.units[i] == "1" else f" {estimate.units[i]}"
             table.add_row(
                 law if i == 0 else "",

@@ -2,6 +2,9 @@
 
 import math
 
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.system import handles
+from impactjax._fit.verdict import Verdict
 from impactjax._measure.recording import AnyRecording, ImpactTimes
 
 
@@ -10,6 +13,25 @@ def shown_unit(recording: AnyRecording) -> tuple[str, float]:
     if isinstance(recording, ImpactTimes):
         return "ms", 1e3
     return ("deg", 180 / math.pi) if recording.quantity.of_angle else ("mm", 1e3)
+
+
+def quoted(estimate: Estimate, name: str) -> str:
+    """A parameter's value with its standard error; only its bound, where the recording gives it no
+    more than that and the error is no measure of it.
+    """
+    i = estimate.names.index(name)
+    value, error = float(estimate.values[i]), float(estimate.standard_errors[i])
+    if estimate.verdict(name) is Verdict.IDENTIFIED or error < abs(value) / 2:
+        return with_error(value, error)
+    return interval(*bounds(estimate, name), error)
+
+
+def bounds(estimate: Estimate, name: str) -> tuple[float, float]:
+    """The 95 % interval, without end where only the parameter's range ends it."""
+    i = estimate.names.index(name)
+    allowed = handles(estimate.problem.system)[name].allowed
+    low, high = float(estimate.low[i]), float(estimate.high[i])
+    return low if low > allowed.low else -math.inf, high if high < allowed.high else math.inf
 
 
 def with_error(value: float, error: float) -> str:
