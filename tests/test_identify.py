@@ -79,7 +79,7 @@ def test_a_contact_duration_breaks_the_coupling():
 
 
 def test_a_straight_line_has_the_textbook_errors():
-    values, estimate = line()
+    _, estimate = line()
     told = ij.identifiability(estimate)
     design = np.stack([np.ones(31), TS - TS[0]], axis=1)
     noise = np.sqrt(np.sum(np.asarray(estimate.residuals) ** 2) / 29)

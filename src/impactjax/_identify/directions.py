@@ -28,6 +28,7 @@ class Directions(eqx.Module):
     exponents: Float[Array, "directions parameters"]
     errors: Float[Array, " directions"]
 
+    @eqx.filter_jit
     def error(self, exponents: Float[Array, " parameters"]) -> Scalar:
         """Standard error of any other product of powers, relative [1]."""
         along = self.exponents @ exponents

@@ -1,5 +1,6 @@
 """What a recording tells about the parameters that were fitted to it."""
 
+import equinox as eqx
 import jax.numpy as jnp
 
 from impactjax._fit.estimate import Estimate
@@ -7,6 +8,7 @@ from impactjax._fit.system import handles
 from impactjax._identify.information import Information, informed
 
 
+@eqx.filter_jit
 def identifiability(estimate: Estimate) -> Information:
     """What the recording of a fit tells about the parameters, around their estimates.
 

@@ -49,6 +49,7 @@ class Information(eqx.Module):
         return self.sensitivities.T @ self.sensitivities
 
     @property
+    @eqx.filter_jit
     def bounds(self) -> PerParameter:
         """The Cramér-Rao bound of each parameter: no unbiased estimate has a smaller standard
         error. Infinite for one that the data do not tell. In the parameter's own unit.
@@ -59,6 +60,7 @@ class Information(eqx.Module):
         return jax.vmap(normal.error)(unit) * self.scale / size
 
     @property
+    @eqx.filter_jit
     def correlation(self) -> PerPair:
         """Correlation of the errors; ±1 for parameters that the data tell only together [1]."""
         size = self._sizes()
@@ -70,6 +72,7 @@ class Information(eqx.Module):
         return covariance / (errors[:, None] * errors[None, :])
 
     @property
+    @eqx.filter_jit
     def directions(self) -> Directions:
         """Stiff and sloppy directions among the model's parameters while the others, of initial
         state and sensor, are found from the same data.

@@ -46,7 +46,7 @@ def findings(information: Information) -> list[Finding]:
 
 
 def coupling(information: Information) -> str:
-    """What the data tell and what they do not, in a sentence; empty if nothing of a model was asked."""
+    """What the data tell and what they do not, in a sentence; empty if no model was asked for."""
     found = findings(information)
     told = [f"{each.combination} {each.amount}" for each in found if each.determined]
     open_ = [f"{each.combination} {each.amount}".rstrip() for each in found if not each.determined]

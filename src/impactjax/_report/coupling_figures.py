@@ -71,5 +71,7 @@ def plot_sensitivities(ax: "Axes", estimate: Estimate) -> "Axes":
     ax.axhline(0, color="black", linewidth=0.5)
     ax.set_yscale("symlog", linthresh=0.1)
     ax.set(xlabel="impact number" if by_times else "time [s]", ylabel="noise sizes per 1 %")
-    ax.legend(frameon=False, fontsize="small", ncols=3, loc="lower left")
+    ax.legend(
+        frameon=False, fontsize="small", ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0)
+    )
     return ax

@@ -36,7 +36,7 @@ def plot_fit(ax: "Axes", estimate: Estimate) -> "Axes":
 
 
 def plot_residuals(ax: "Axes", estimate: Estimate) -> "Axes":
-    """What the fitted motion leaves unexplained, recorded minus fitted; dotted lines mark impacts."""
+    """What the fitted motion leaves, recorded minus fitted; dotted lines mark its impacts."""
     recording = estimate.problem.recording
     unit, factor = shown_unit(recording)
     left = -np.asarray(estimate.residuals) * factor

@@ -61,7 +61,9 @@ def _section(name: str, fits: list[Fitted]) -> dict[str, Any]:
         "name": name,
         "sentences": sentences(fits),
         "fit": [
-            wide_picture(partial(plot_fit, estimate=estimate), f"{name} with the fit of {law}", 3.6),
+            wide_picture(
+                partial(plot_fit, estimate=estimate), f"{name} with the fit of {law}", 3.6
+            ),
             wide_picture(
                 partial(plot_residuals, estimate=estimate), f"Residuals of {law} for {name}", 2.4
             ),
@@ -99,37 +101,31 @@ def _restitution(name: str, fits: list[Fitted]) -> Picture | None:
 def _coupling_pictures(name: str, best: Fitted) -> list[Picture]:
     estimate, law = best.estimate, name_of(best)
     told = identifiability(estimate)
-    maps = picture(
-        partial(plot_correlation, information=told), f"Correlation matrix of {law} for {name}", 3.6
-    )
-    bars = picture(
-        partial(plot_directions, information=told),
-        f"What {name} tells of the parameters of {law} and what it does not",
-        3.6,
-    )
-    times = picture(
-        partial(plot_sensitivities, estimate=estimate),
-        f"Sensitivities to each parameter in time, {law} for {name}",
-        3.6,
-    )
-    return [maps, *([bars] if any(told.of_model) else []), times]
+    drawn = [
+        (
+            partial(plot_correlation, information=told),
+            f"Correlation of the errors of the parameters of {law} for {name}",
+        ),
+        (
+            partial(plot_directions, information=told),
+            f"What {name} tells of the parameters of {law}: {coupling(told)}",
+        ),
+        (
+            partial(plot_sensitivities, estimate=estimate),
+            f"Sensitivity of {name} to each parameter of {law} in time",
+        ),
+    ]
+    if not any(told.of_model):
+        del drawn[1]
+    return [picture(draw, text, 3.6) for draw, text in drawn]
 
 
 def _residual_pictures(name: str, best: Fitted) -> list[Picture]:
     estimate, law = best.estimate, name_of(best)
-    by_impact = best.law != NO_LAW and not isinstance(estimate.problem.recording, ImpactTimes)
-    after = picture(
-        partial(plot_impact_residuals, estimate=estimate),
-        f"Residuals just after each impact, {law} for {name}",
-    )
-    return [
-        picture(
-            partial(plot_autocorrelation, estimate=estimate),
-            f"Autocorrelation of the residuals of {law} for {name}",
-        ),
-        picture(
-            partial(plot_quantiles, estimate=estimate),
-            f"Normal quantiles of the residuals of {law} for {name}",
-        ),
-        *([after] if by_impact else []),
+    drawn = [
+        (plot_autocorrelation, f"Autocorrelation of the residuals of {law} for {name}"),
+        (plot_quantiles, f"Normal quantiles of the residuals of {law} for {name}"),
     ]
+    if best.law != NO_LAW and not isinstance(estimate.problem.recording, ImpactTimes):
+        drawn.append((plot_impact_residuals, f"Residuals after each impact, {law} for {name}"))
+    return [picture(partial(draw, estimate=estimate), text) for draw, text in drawn]

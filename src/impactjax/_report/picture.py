@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _DPI = 144
-_NARROW, _WIDE = 4.8, 10.0  # inches
+_NARROW, _WIDE = 4.2, 9.0  # inches
 
 
 class Picture(NamedTuple):

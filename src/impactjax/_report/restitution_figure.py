@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _POINTS = 60
+_MARGIN = 0.03  # of the restitutions shown
 
 Curve = Float[Array, " speeds"]
 
@@ -34,7 +35,7 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted]) -> "Axes":
     """Restitution of each impact of the fitted motions against approach speed, with the curves of
     the laws and their 95 % bands. A law without a closed form is a line through its impacts.
     """
-    fastest = max((float(np.max(_impacts(each.estimate)[0], initial=0)) for each in fits))
+    fastest = max(float(np.max(_impacts(each.estimate)[0], initial=0)) for each in fits)
     for fitted, color in zip(fits, LAWS, strict=False):
         speeds, ratios = _impacts(fitted.estimate)
         ax.plot(speeds, ratios, "o", color=color, markersize=4, label=fitted.law)
@@ -46,7 +47,9 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted]) -> "Axes":
         at, middle, half = (np.asarray(each) for each in curve)
         ax.plot(at, middle, color=color, linewidth=1)
         ax.fill_between(at, middle - half, middle + half, color=color, alpha=0.15, linewidth=0)
-    ax.set(xlabel="approach speed [m/s]", ylabel="restitution", ylim=(0, 1.02), xlim=(0, None))
+    low, high = ax.get_ylim()
+    limits = max(low - _MARGIN, 0), min(high + _MARGIN, 1.02)
+    ax.set(xlabel="approach speed [m/s]", ylabel="restitution", ylim=limits, xlim=(0, None))
     ax.legend(frameon=False, fontsize="small", ncols=2 if len(fits) > 3 else 1)
     return ax
 

@@ -30,7 +30,8 @@ def plot_starts(ax: "Axes", estimate: Estimate) -> "Axes":
     number = np.arange(1, len(rms) + 1)
     ax.plot(number, rms, "o-", color=RECORDED, linewidth=1)
     ax.plot(number[:reached], rms[:reached], "o", color=FITTED)
-    ax.set(xlabel="start, in order", ylabel=f"rms residual [{unit}]", ylim=(0, None))
+    top = 1.2 * rms.max() if rms.size else 1.0
+    ax.set(xlabel="start, in order", ylabel=f"rms residual [{unit}]", ylim=(0, top))
     ax.set_title(
         f"{reached} of {estimate.start_costs.shape[0]} starts reach the best", fontsize="medium"
     )

@@ -38,7 +38,8 @@ def with_error(value: float, error: float) -> str:
     """A value with its standard error, both to two digits of the error."""
     if not (math.isfinite(error) and error > 0):
         return f"{value:.6g}"
-    return f"{_rounded(value, error)} ± {_rounded(error, error)}"
+    shown = _rounded(value, error)
+    return f"{shown} ± {error:.2g}" if "e" in shown else f"{shown} ± {_rounded(error, error)}"
 
 
 def interval(low: float, high: float, error: float) -> str:
@@ -59,4 +60,8 @@ def _rounded(value: float, error: float) -> str:
     digits = 1 - math.floor(math.log10(error))
     if 0 <= digits <= 8 and abs(value) < 1e7:
         return f"{value:.{digits}f}"
-    return f"{value:.3g}" if error > abs(value) else f"{value:.6g}"
+    if error > abs(value):
+        return f"{value:.3g}"
+    if abs(value) < 1e6 and digits < 0:
+        return f"{round(value, digits):.0f}"
+    return f"{value:.{math.floor(math.log10(abs(value))) + digits + 1}g}"

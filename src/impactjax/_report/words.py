@@ -9,7 +9,9 @@ from impactjax._fit.estimate import Estimate
 from impactjax._fit.laws import NO_LAW
 from impactjax._fit.system import handles
 from impactjax._fit.verdict import Verdict
+from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residuals import Residuality, residuality
+from impactjax._identify.words import coupling, findings
 from impactjax._measure.recording import ImpactTimes
 from impactjax._report.units import shown_unit
 
@@ -28,6 +30,12 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
         if not bool(fitted.estimate.converged):
             found.append(f"The fit of {_name(fitted)} did not converge; its row is not to be used.")
     found += _open_sides(best)
+    told = identifiability(best.estimate)
+    if not all(each.determined for each in findings(told)):
+        found.append(coupling(told))
+    residuals = residuality(best.estimate)
+    if not bool(residuals.independent):
+        found.append(_independence(residuals))
     return found
 
 
