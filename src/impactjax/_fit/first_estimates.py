@@ -38,7 +38,7 @@ class FirstEstimates(NamedTuple):
     restitutions: np.ndarray
     contact_frequency: float
     swings_freely: bool
-    marks: np.ndarray
+    marks: np.ndarray = np.zeros(0)
 
     @property
     def restitution(self) -> float:

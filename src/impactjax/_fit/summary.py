@@ -16,7 +16,8 @@ from impactjax._fit.verdict import Verdict
 @eqx.filter_jit
 def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) -> Estimate:
     """The estimate that a minimum stands for, in the approximation of small errors."""
-    residuals = minimum.quadratic.answer.residuals
+    residuals, jacobian = minimum.quadratic.answer.residuals, minimum.quadratic.answer.jacobian
+    assert jacobian is not None
     n, p = residuals.shape[0], len(problem.names)
     squares = 2 * minimum.quadratic.cost
     values = problem.values(minimum.u)
@@ -37,7 +38,7 @@ def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) ->
         covariance=covariance,
         verdicts=verdicts(low > lowest, high < highest),
         residuals=residuals,
-        jacobian=minimum.quadratic.answer.jacobian,
+        jacobian=jacobian,
         impacts=minimum.quadratic.answer.impacts,
         rms=jnp.sqrt(squares / n),
         aic=2 * (p + 1) - 2 * likelihood,

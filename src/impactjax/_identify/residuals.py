@@ -58,9 +58,9 @@ def residuality(estimate: Estimate) -> Residuality:
     left = -estimate.residuals
     n = left.shape[0]
     rho = _autocorrelation(left)
-    lags = jnp.arange(1, rho.shape[0] + 1)
+    lags = jnp.arange(1, rho.shape[0] + 1, dtype=left.dtype)
     portmanteau = n * (n + 2) * jnp.sum(rho**2 / (n - lags))
-    freedom = jnp.maximum(rho.shape[0], 1)
+    freedom = jnp.asarray(max(rho.shape[0], 1), left.dtype)
     runs, expected, deviation = _runs(left)
     centred = left - jnp.mean(left)
     size = jnp.sqrt(jnp.mean(centred**2))
@@ -69,7 +69,7 @@ def residuality(estimate: Estimate) -> Residuality:
     return Residuality(
         autocorrelation=rho,
         band=jnp.asarray(1.96 / n**0.5, left.dtype),
-        correlated=special.gammaincc(freedom / 2.0, portmanteau / 2),
+        correlated=special.gammaincc(freedom / 2, portmanteau / 2),
         runs=runs,
         runs_expected=expected,
         runs_deviation=deviation,
@@ -94,11 +94,11 @@ def _runs(left: Residuals) -> tuple[Int[Array, ""], Scalar, Scalar]:
     above = left > 0
     n = left.shape[0]
     ups = jnp.sum(above).astype(left.dtype)
-    runs = 1 + jnp.sum(above[1:] != above[:-1])
+    runs = 1 + jnp.sum(above[1:] != above[:-1], dtype=jnp.int32)
     expected = 1 + 2 * ups * (n - ups) / n
     variance = (expected - 1) * (expected - 2) / (n - 1)
-    deviation = (runs - expected) / jnp.sqrt(jnp.maximum(variance, 1e-9))
-    return runs.astype(jnp.int32), expected, deviation
+    deviation = (runs.astype(left.dtype) - expected) / jnp.sqrt(jnp.maximum(variance, 1e-9))
+    return runs, expected, deviation
 
 
 def _after_impacts(estimate: Estimate, left: Residuals) -> Float[Array, " impacts"]:

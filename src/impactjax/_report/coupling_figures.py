@@ -42,7 +42,7 @@ def plot_directions(ax: "Axes", information: Information) -> "Axes":
     found = findings(information)
     errors = np.array([each.relative_error for each in found])
     shown = np.minimum(np.maximum(errors, 1e-6), _OPEN)
-    rows = np.arange(len(found))
+    rows = range(len(found))
     colors = [OTHER if each.determined else FITTED for each in found]
     left = shown.min() / 3
     ax.barh(rows, shown - left, left=left, color=colors, height=0.5)
