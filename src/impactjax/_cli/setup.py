@@ -18,6 +18,7 @@ from impactjax._measure.recording import ImpactTimes
 from impactjax._measure.sensor import Sensor
 from impactjax._measure.sidecar import line_of
 from impactjax._measure.text import read_text
+from impactjax._model.parameter import ranges
 
 
 class Task(NamedTuple):
@@ -42,12 +43,13 @@ def _setup(file: File, system: str | None, laws: Sequence[str] | None) -> Setup:
     if named not in OSCILLATORS:
         raise _in_sidecar(file, "oscillator", f"unknown oscillator `{named}`", list(OSCILLATORS))
     _check_quantity(file, named)
-    _check_values(file, named, laws)
     own = sidecar.sensor
     low_pass = None if own.cutoff is None else Butterworth(own.cutoff, order=own.order)
     sensor = Sensor(own.gain, own.offset, own.delay, low_pass)
-    dry_friction = True if "dry_friction" in sidecar.fixed else sidecar.system.dry_friction
-    return Setup(named, dry_friction, sidecar.fixed, sidecar.start, sensor)
+    _check_values(file, named, sensor, laws)
+    asked = "dry_friction" in {*sidecar.fixed, *sidecar.fit.free}
+    dry_friction = True if asked else sidecar.system.dry_friction
+    return Setup(named, dry_friction, sidecar.fixed, sidecar.start, sidecar.fit.free, sensor)
 
 
 def _usual_oscillator(file: File) -> str:
@@ -76,12 +78,22 @@ def _check_quantity(file: File, oscillator: str) -> None:
         )
 
 
-def _check_values(file: File, oscillator: str, laws: Sequence[str] | None) -> None:
-    """That what is fixed and where to start can be; ranges are those of the laws to be tried."""
-    given = {**file.sidecar.start, **file.sidecar.fixed}
+def _check_values(
+    file: File, oscillator: str, sensor: Sensor, laws: Sequence[str] | None
+) -> None:
+    """That what is fixed, free, and where to start can be, for any of the laws to be tried."""
+    given, free = {**file.sidecar.start, **file.sidecar.fixed}, file.sidecar.fit.free
     tried = laws or file.sidecar.system.laws or USUAL_LAWS
     tried = [law for law in tried if law in LAWS]
-    known = parameters(oscillator, [NO_LAW, *LAWS, *tried]) if given else {}
+    known = parameters(oscillator, [NO_LAW, *LAWS, *tried]) if given or free else {}
+    of_sensor = [ranges(part) for part in (sensor, sensor.low_pass) if part is not None]
+    for name in free:
+        if name not in known and not any(name in each for each in of_sensor):
+            allowed = [*known, *(each for part in of_sensor for each in part)]
+            raise _in_sidecar(file, "free", f"unknown parameter `{name}`", allowed)
+        if name in file.sidecar.fixed:
+            problem = f"`{name}` is both free and fixed"
+            raise FileError(_sidecar(file), _line(file, "free"), problem, "choose one of the two")
     for name, value in given.items():
         if name not in known:
             raise _in_sidecar(file, name, f"unknown parameter `{name}`", list(known))

@@ -28,6 +28,7 @@ class Setup(NamedTuple):
     - `dry_friction`: whether the oscillator has dry friction; `None` compares both in free flight.
     - `fixed`: parameters that are known, by name.
     - `start`: better starting values than the first estimates, by name.
+    - `free`: parameters to fit although they are usually known, such as a sensor's offset.
     - `sensor`: what stands between motion and recording, if anything.
     """
 
@@ -35,6 +36,7 @@ class Setup(NamedTuple):
     dry_friction: bool | None = None
     fixed: Mapping[str, float] = {}
     start: Mapping[str, float] = {}
+    free: Sequence[str] = ()
     sensor: Sensor | None = None
 
 
@@ -101,5 +103,6 @@ def _problem(recording: AnyRecording, setup: Setup, law: str, dry: bool) -> Prob
     known = handles(posed.system)
     given = {name: value for name, value in {**setup.start, **setup.fixed}.items() if name in known}
     system = replaced(posed.system, tuple(given), tuple(given.values())) if given else posed.system
-    names = tuple(name for name in posed.names if name not in setup.fixed)
+    wanted = {*posed.names, *setup.free} - setup.fixed.keys()
+    names = tuple(name for name in known if name in wanted)
     return Problem(system, recording, names, effort(recording, seen, system.model))

@@ -20,7 +20,8 @@ class Estimate(eqx.Module):
     - `low`, `high`: ends of the 95 % interval; a range's end, or infinity, where it is open.
     - `covariance`: of the values.
     - `verdicts`: as `Verdict` numbers.
-    - `residuals`: simulated minus recorded, in the recording's SI unit.
+    - `residuals`: simulated minus recorded, in the recording's SI unit; zero where it is not
+      valid.
     - `impacts`: the impact log of the fitted system.
     - `rms`: root of the mean square of the residuals.
     - `aic`, `bic`: information criteria for normal residuals of unknown size.

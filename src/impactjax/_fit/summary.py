@@ -17,12 +17,14 @@ from impactjax._fit.verdict import Verdict
 def summarise(problem: Problem, minimum: Minimum[Answer]) -> Estimate:
     """The estimate that a minimum stands for, in the approximation of small errors."""
     residuals = minimum.quadratic.answer.residuals
-    n, p = residuals.shape[0], len(problem.names)
+    count, p = problem.recording.observations, len(problem.names)
+    n = count.astype(residuals.dtype)
     squares = 2 * minimum.quadratic.cost
     values = problem.values(minimum.u)
     covariance = squares / (n - p) * _inverse(minimum.quadratic.information)
     errors = jnp.sqrt(jnp.diagonal(covariance))
-    half = float(special.stdtrit(n - p, 0.975)) * errors
+    quantiles = special.stdtrit(np.arange(residuals.shape[0] + 1), 0.975)
+    half = jnp.asarray(quantiles, errors.dtype)[count - p] * errors
     known = handles(problem.system)
     lowest = jnp.array([known[name].allowed.low for name in problem.names], values.dtype)
     highest = jnp.array([known[name].allowed.high for name in problem.names], values.dtype)
@@ -40,7 +42,7 @@ def summarise(problem: Problem, minimum: Minimum[Answer]) -> Estimate:
         impacts=minimum.quadratic.answer.impacts,
         rms=jnp.sqrt(squares / n),
         aic=2 * (p + 1) - 2 * likelihood,
-        bic=jnp.log(float(n)) * (p + 1) - 2 * likelihood,
+        bic=jnp.log(n) * (p + 1) - 2 * likelihood,
         converged=minimum.converged,
         iterations=minimum.iterations,
     )

@@ -49,6 +49,12 @@ class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     order: Annotated[int, msgspec.Meta(ge=1, le=12)] = 2
 
 
+class FitTable(msgspec.Struct, forbid_unknown_fields=True):
+    """[fit]: what to fit besides what is usually unknown."""
+
+    free: list[str] = msgspec.field(default_factory=list)
+
+
 class ReadTable(msgspec.Struct, forbid_unknown_fields=True):
     """[read]: how to read a file without the usual header."""
 
@@ -69,6 +75,7 @@ class Sidecar(msgspec.Struct, forbid_unknown_fields=True):
     fixed: dict[str, Finite] = msgspec.field(default_factory=dict)
     start: dict[str, Finite] = msgspec.field(default_factory=dict)
     sensor: SensorTable = msgspec.field(default_factory=SensorTable)
+    fit: FitTable = msgspec.field(default_factory=FitTable)
     read: ReadTable = msgspec.field(default_factory=ReadTable)
     truth: dict[str, object] = msgspec.field(default_factory=dict)
 
@@ -115,8 +122,8 @@ def _explain(path: Path, text: str, tables: dict[str, Any], message: str) -> Fil
 
 
 def _keys(table: str) -> list[str]:
-    owner = {"": Sidecar, "system": SystemTable, "sensor": SensorTable, "read": ReadTable}[table]
-    return [field.name for field in msgspec.structs.fields(owner)]
+    own = next((f.type for f in msgspec.structs.fields(Sidecar) if f.name == table), Sidecar)
+    return [field.name for field in msgspec.structs.fields(own)]
 
 
 def _wrong_entry(table: dict[str, Any]) -> str:
