@@ -36,12 +36,13 @@ def release(recording: AnyRecording, seen: FirstEstimates) -> float | None:
     valid = np.asarray(recording.valid)
     values = np.interp(ts, np.asarray(recording.ts)[valid], np.asarray(recording.values)[valid])
     place, rate, acceleration = (
-        signal.savgol_filter(values, width, 3, deriv=order, delta=interval) for order in (0, 1, 2)
+        np.asarray(signal.savgol_filter(values, width, 3, deriv=order, delta=interval))
+        for order in (0, 1, 2)
     )
     clear = later = np.ones(len(ts), bool)
     if not seen.swings_freely:
         near = values - values.min() < _CLEAR * np.ptp(values)
-        clear = ~ndimage.maximum_filter1d(near, 2 * width + 1)
+        clear = np.asarray(ndimage.minimum_filter1d(~near, 2 * width + 1), bool)
         later = np.cumsum(near) > 0
     longer = max(int(half / 4 / interval), 3) | 1
     first, last = (width + longer) // 2, len(ts) - (width + longer) // 2
@@ -85,7 +86,11 @@ def _free_acceleration(seen: FirstEstimates, place: np.ndarray) -> np.ndarray:
     """The acceleration in flight, friction left out."""
     if isinstance(seen.oscillator, BouncingBall):
         return np.full_like(place, -float(seen.oscillator.gravity))
-    omega = float(seen.oscillator.omega_n) if isinstance(seen.oscillator, Pendulum | LinearOscillator) else 0.0
+    omega = (
+        float(seen.oscillator.omega_n)
+        if isinstance(seen.oscillator, Pendulum | LinearOscillator)
+        else 0.0
+    )
     return -(omega**2) * _restoring(seen, place)
 
 

@@ -39,6 +39,11 @@ class Recording(eqx.Module):
         self.quantity = quantity
         self.valid = jnp.ones(values.shape, bool) if valid is None else valid
 
+    def since(self, time: float) -> "Recording":
+        """The samples from a time [s] on."""
+        kept = self.ts >= time
+        return Recording(self.ts[kept], self.values[kept], self.quantity, self.valid[kept])
+
     @property
     def observations(self) -> Int[Array, "..."]:
         """How many samples count."""

@@ -45,6 +45,9 @@ class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     gain: Finite = 1.0
     offset: Finite = 0.0
     delay: Finite = 0.0
+    sigma: Positive | None = None
+    quantisation: Positive | None = None
+    clip: Positive | None = None
     cutoff: Positive | None = None
     order: Annotated[int, msgspec.Meta(ge=1, le=12)] = 2
 
