@@ -93,6 +93,22 @@ def test_what_is_left_after_an_impact_is_seen_there():
     assert found.after_impacts[1] > 2
 
 
+def test_what_does_not_count_is_left_out():
+    left = white().copy()
+    kept = np.ones(COUNT, bool)
+    kept[50:] = np.random.default_rng(8).random(COUNT - 50) > 0.3
+    left[~kept] = 0.0
+    whole = leaving(left)
+    masked = eqx.tree_at(lambda e: e.problem.recording.valid, whole, jnp.asarray(kept))
+    found = ij.residuality(masked)
+    alone = left[kept]
+    assert int(found.runs) == 1 + np.sum(np.diff(alone > 0))
+    np.testing.assert_allclose(found.skewness, stats.skew(alone), rtol=1e-9)
+    np.testing.assert_allclose(found.excess_kurtosis, stats.kurtosis(alone), rtol=1e-9)
+    np.testing.assert_allclose(found.band, 1.96 / np.sqrt(kept.sum()))
+    assert found.independent
+
+
 def test_jit_and_vmap_change_nothing():
     both = [leaving(white()), leaving(white()[::-1].copy())]
     together = jax.tree.map(lambda *x: jnp.stack(x), *[eqx.filter(e, eqx.is_array) for e in both])

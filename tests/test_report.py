@@ -47,7 +47,7 @@ def fits(bounces) -> list[tuple[str, ij.Fitted]]:
 
 @pytest.fixture(scope="module")
 def text(fits) -> str:
-    return page(fits, f"impactjax fit '{HOSTILE}'", 7)
+    return page(fits, f"impactjax fit '{HOSTILE}'", 7, {"bounces.csv": ["A <bounce> was missed."]})
 
 
 class Tags(HTMLParser):
@@ -81,6 +81,7 @@ def test_every_image_is_inside_and_has_words_for_those_who_cannot_see_it(text):
 def test_names_from_outside_stay_text(text):
     assert "<script" not in text
     assert "&lt;script&gt;" in text
+    assert "A &lt;bounce&gt; was missed." in text
 
 
 def test_the_page_says_all_numbers_and_verdicts(text, fits):

@@ -78,7 +78,9 @@ def first_estimates(
     """First estimates for an oscillator of a given kind, whose known values are kept."""
     if isinstance(recording, ImpactTimes):
         return _from_impact_times(recording, oscillator)
-    ts, values = np.asarray(recording.ts), np.asarray(recording.values) + gap
+    valid = np.asarray(recording.valid)
+    ts = np.asarray(recording.ts)
+    values = np.interp(ts, ts[valid], np.asarray(recording.values)[valid]) + gap
     smooth, noise = _smoothed(values)
     initial = _initial(ts, values, noise, gap)
     contact = np.pi / (_CONTACT_SAMPLES * float(np.median(np.diff(ts))))

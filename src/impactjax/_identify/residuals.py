@@ -14,6 +14,7 @@ _LAGS = 40
 _WINDOW = 0.25  # of the time until the next impact
 
 Residuals = Float[Array, " observations"]
+Valid = Bool[Array, " observations"]
 
 
 class Residuality(eqx.Module):
@@ -55,20 +56,21 @@ def residuality(estimate: Estimate) -> Residuality:
     Source: Ljung & Box, Biometrika 65, 297 (1978); Wald & Wolfowitz, Ann. Math. Stat. 11, 147
     (1940); Jarque & Bera, Econ. Lett. 6, 255 (1980).
     """
-    left = -estimate.residuals
-    n = left.shape[0]
-    rho = _autocorrelation(left)
+    valid = estimate.problem.recording.valid
+    n = jnp.sum(valid).astype(estimate.residuals.dtype)
+    left = jnp.where(valid, -estimate.residuals, 0.0)
+    centred = jnp.where(valid, left - jnp.sum(left) / n, 0.0)
+    rho = _autocorrelation(centred)
     lags = jnp.arange(1, rho.shape[0] + 1, dtype=left.dtype)
     portmanteau = n * (n + 2) * jnp.sum(rho**2 / (n - lags))
     freedom = jnp.asarray(max(rho.shape[0], 1), left.dtype)
-    runs, expected, deviation = _runs(left)
-    centred = left - jnp.mean(left)
-    size = jnp.sqrt(jnp.mean(centred**2))
+    runs, expected, deviation = _runs(left, valid)
+    size = jnp.sqrt(jnp.sum(centred**2) / n)
     unit = centred / jnp.where(size > 0, size, 1.0)
-    skewness, kurtosis = jnp.mean(unit**3), jnp.mean(unit**4) - 3
+    skewness, kurtosis = jnp.sum(unit**3) / n, jnp.sum(unit**4) / n - 3
     return Residuality(
         autocorrelation=rho,
-        band=jnp.asarray(1.96 / n**0.5, left.dtype),
+        band=1.96 / jnp.sqrt(n),
         correlated=special.gammaincc(freedom / 2, portmanteau / 2),
         runs=runs,
         runs_expected=expected,
@@ -76,32 +78,32 @@ def residuality(estimate: Estimate) -> Residuality:
         skewness=skewness,
         excess_kurtosis=kurtosis,
         abnormal=jnp.exp(-n / 12 * (skewness**2 + kurtosis**2 / 4)),
-        after_impacts=_after_impacts(estimate, left),
+        after_impacts=_after_impacts(estimate, left, valid),
     )
 
 
-def _autocorrelation(left: Residuals) -> Float[Array, " lags"]:
-    n = left.shape[0]
+def _autocorrelation(centred: Residuals) -> Float[Array, " lags"]:
+    """At lags up to forty, and a quarter of the number of samples at most."""
+    n = centred.shape[0]
     lags = min(_LAGS, n // 4)
-    centred = left - jnp.mean(left)
     power = jnp.abs(jnp.fft.rfft(centred, 2 * n)) ** 2
     products = jnp.fft.irfft(power, 2 * n)
     return products[1 : lags + 1] / jnp.where(products[0] > 0, products[0], 1.0)
 
 
-def _runs(left: Residuals) -> tuple[Int[Array, ""], Scalar, Scalar]:
+def _runs(left: Residuals, valid: Valid) -> tuple[Int[Array, ""], Scalar, Scalar]:
     """Runs of one sign, how many are expected, and the difference in standard deviations."""
-    above = left > 0
-    n = left.shape[0]
-    ups = jnp.sum(above).astype(left.dtype)
-    runs = 1 + jnp.sum(above[1:] != above[:-1], dtype=jnp.int32)
+    first = jnp.argsort(~valid, stable=True)
+    above, counts = (left > 0)[first], valid[first]
+    n, ups = (jnp.sum(each).astype(left.dtype) for each in (valid, above))
+    runs = 1 + jnp.sum((above[1:] != above[:-1]) & counts[1:], dtype=jnp.int32)
     expected = 1 + 2 * ups * (n - ups) / n
     variance = (expected - 1) * (expected - 2) / (n - 1)
     deviation = (runs.astype(left.dtype) - expected) / jnp.sqrt(jnp.maximum(variance, 1e-9))
     return runs, expected, deviation
 
 
-def _after_impacts(estimate: Estimate, left: Residuals) -> Float[Array, " impacts"]:
+def _after_impacts(estimate: Estimate, left: Residuals, valid: Valid) -> Float[Array, " impacts"]:
     recording, log = estimate.problem.recording, estimate.impacts
     rms = jnp.where(estimate.rms > 0, estimate.rms, 1.0)
     if isinstance(recording, ImpactTimes):
@@ -111,9 +113,8 @@ def _after_impacts(estimate: Estimate, left: Residuals) -> Float[Array, " impact
     ends = jnp.minimum(jnp.append(begins[1:], jnp.inf), ts[-1])
     number = jnp.searchsorted(begins, ts, side="right") - 1
     hit = jnp.maximum(number, 0)
-    near: Bool[Array, " observations"] = (number >= 0) & (
-        ts < begins[hit] + _WINDOW * (ends[hit] - begins[hit])
-    )
+    window = begins[hit] + _WINDOW * (ends[hit] - begins[hit])
+    near = valid & (number >= 0) & (ts < window)
     rows = jnp.where(near, hit, begins.shape[0])
     squares = jax.ops.segment_sum(left**2, rows, begins.shape[0] + 1)[:-1]
     counts = jax.ops.segment_sum(jnp.ones_like(left), rows, begins.shape[0] + 1)[:-1]

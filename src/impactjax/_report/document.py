@@ -48,7 +48,7 @@ def _fit(fitted: Fitted) -> dict[str, Any]:
         "law": fitted.law,
         "friction": "viscous and dry" if fitted.dry_friction else "viscous",
         "result": "successful" if bool(estimate.converged) else "not converged",
-        "n_samples": estimate.residuals.shape[0],
+        "n_samples": int(recording.observations),
         "rms_residual": {"value": _number(estimate.rms), "unit": unit},
         "aic": _number(estimate.aic),
         "bic": _number(estimate.bic),

@@ -1,7 +1,7 @@
 """The report: one self-contained HTML page."""
 
 import importlib.resources
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import groupby
 from typing import Any
@@ -32,14 +32,21 @@ from impactjax._report.search_figures import plot_first_estimates, plot_starts
 from impactjax._report.words import residual_sentences, sentences
 
 
-def page(fits: Sequence[tuple[str, Fitted]], command: str, seed: int) -> str:
-    """A page with figures inside, for fits with the name of their recording, best first."""
+def page(
+    fits: Sequence[tuple[str, Fitted]],
+    command: str,
+    seed: int,
+    notes: Mapping[str, Sequence[str]],
+) -> str:
+    """A page with figures inside, for fits with the name of their recording, best first; notes say
+    what was done to a recording.
+    """
     template = (
         importlib.resources.files("impactjax._report").joinpath("page.html").read_text("utf-8")
     )
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     sections = [
-        _section(name, [fitted for _, fitted in group])
+        _section(name, [fitted for _, fitted in group], notes.get(name, ()))
         for name, group in groupby(fits, key=lambda named: named[0])
     ]
     title = "What the impact is made of" if len(sections) > 1 else f"Contact of {fits[0][0]}"
@@ -53,13 +60,13 @@ def page(fits: Sequence[tuple[str, Fitted]], command: str, seed: int) -> str:
     )
 
 
-def _section(name: str, fits: list[Fitted]) -> dict[str, Any]:
+def _section(name: str, fits: list[Fitted], notes: Sequence[str]) -> dict[str, Any]:
     best = fits[0]
     estimate, law = best.estimate, name_of(best)
     told = identifiability(estimate)
     return {
         "name": name,
-        "sentences": sentences(fits),
+        "sentences": [*notes, *sentences(fits)],
         "fit": [
             wide_picture(
                 partial(plot_fit, estimate=estimate), f"{name} with the fit of {law}", 3.6

@@ -41,7 +41,8 @@ def law_rows(fits: Sequence[Fitted]) -> list[Row]:
 
 def corrected_aic(estimate: Estimate) -> float:
     """Akaike's criterion for few observations, AICc = AIC + 2 k (k + 1)/(n − k − 1)."""
-    n, k = estimate.residuals.shape[0], len(estimate.names) + 1
+    n = int(estimate.problem.recording.observations)
+    k = len(estimate.names) + (estimate.system.sensor.variance() is None)
     return float(estimate.aic) + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else np.inf)
 
 

@@ -22,7 +22,7 @@ def plot_starts(ax: "Axes", estimate: Estimate) -> "Axes":
     be simulated are left out.
     """
     unit, factor = shown_unit(estimate.problem.recording)
-    n = estimate.residuals.shape[0]
+    n = int(estimate.problem.recording.observations)
     costs = np.asarray(estimate.start_costs)
     costs = np.sort(costs[np.isfinite(costs)])
     rms = np.sqrt(2 * costs / n) * factor
