@@ -20,7 +20,7 @@ from impactjax._report.style import LAWS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_POINTS = 60
+_POINTS = 200
 _MARGIN = 0.03  # of the restitutions shown
 
 Curve = Float[Array, " speeds"]
