@@ -12,7 +12,7 @@ import impactjax
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "impactjax"
 FILES = sorted(SOURCE.rglob("*.py"))
-ORDER = ["_model", "_simulate", "_analytic", "_measure", "_fit", "_report", "_cli"]
+ORDER = ["_model", "_simulate", "_analytic", "_measure", "_fit", "_identify", "_report", "_cli"]
 GROUND = ["_types", "_results"]  # may be imported by all, and import nothing of ours
 
 

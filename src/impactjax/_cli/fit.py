@@ -22,7 +22,7 @@ from impactjax._measure.file_error import FileError
 from impactjax._measure.read_recording import read_recording
 from impactjax._report.document import document
 from impactjax._report.page import page
-from impactjax._report.units import interval, shown_unit, with_error
+from impactjax._report.units import interval, quoted, shown_unit
 from impactjax._report.words import sentences
 
 _WIDTH = 120  # of a table that is not on a terminal
@@ -32,7 +32,7 @@ _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be gi
 
 def fit_command(
     recordings: Annotated[
-        list[Path], typer.Argument(metavar="RECORDING", help="CSV file, or several.")
+        list[Path], typer.Argument(metavar="RECORDING", help="File, or several.")
     ],
     laws: Annotated[list[str] | None, typer.Option("--law", metavar="NAME", help=_LAW_HELP)] = None,
     system: Annotated[
@@ -70,16 +70,18 @@ def fit_command(
     except (FileError, Refusal) as error:
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
+    notes = {str(task.path): task.notes for task in tasks}
     for name in dict.fromkeys(name for name, _ in fits):
-        _print(name, [fitted for own, fitted in fits if own == name])
+        _print(name, [fitted for own, fitted in fits if own == name], notes[name])
     if targets is not None:
         json_path, page_path = targets
         command = shlex.join(["impactjax", *sys.argv[1:]])
         try:
             json_path.write_text(
-                json.dumps(document(fits, seed), indent=2) + "\n", encoding="utf-8"
+                json.dumps({**document(fits, seed), "notes": notes}, indent=2) + "\n",
+                encoding="utf-8",
             )
-            page_path.write_text(page(fits, command, seed), encoding="utf-8")
+            page_path.write_text(page(fits, command, seed, notes), encoding="utf-8")
         except OSError as error:
             typer.echo(f"impactjax: {out} cannot be written to ({error.strerror}).", err=True)
             raise typer.Exit(2) from error
@@ -110,20 +112,20 @@ def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
     ) as bar:
         display = bar.add_task("", total=None)
         for task in tasks:
-            path = task.file.path
+            path = task.path
 
             def tell(what: str, path: Path = path) -> None:
                 bar.update(display, description=f"{escape(path.name)}: {what}")
 
             try:
-                found = compare(task.file.recording, task.setup, task.laws, seed=seed, tell=tell)
+                found = compare(task.recording, task.setup, task.laws, seed=seed, tell=tell)
             except ValueError as error:
                 raise Refusal(f"{path}: {error}") from error
             fits += [(str(path), fitted) for fitted in found]
     return fits
 
 
-def _print(name: str, fits: Sequence[Fitted]) -> None:
+def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:
     console = Console()
     if not console.is_terminal:
         console.width = _WIDTH
@@ -144,7 +146,7 @@ def _print(name: str, fits: Sequence[Fitted]) -> None:
         rms = f"{float(estimate.rms) * factor:.4g} {unit}"
         for i, parameter in enumerate(estimate.names):
             error = float(estimate.standard_errors[i])
-            value = with_error(float(estimate.values[i]), error)
+            value = quoted(estimate, parameter)
             own = "" if estimate.units[i] == "1" else f" {estimate.units[i]}"
             table.add_row(
                 law if i == 0 else "",
@@ -156,6 +158,6 @@ def _print(name: str, fits: Sequence[Fitted]) -> None:
                 end_section=i == len(estimate.names) - 1,
             )
     console.print(table)
-    for sentence in sentences(fits):
+    for sentence in (*notes, *sentences(fits)):
         console.print(f"- {sentence}", highlight=False, markup=False)
     console.print()

@@ -8,30 +8,52 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from impactjax._cli.typical import parameters
-from impactjax._fit.compare import Setup, laws_for
+from impactjax._fit.compare import Setup, first_sight, laws_for
 from impactjax._fit.laws import LAWS, NO_LAW, USUAL_LAWS
 from impactjax._fit.oscillators import OSCILLATORS
+from impactjax._fit.release import release
 from impactjax._measure.file_error import FileError
 from impactjax._measure.low_pass import Butterworth
 from impactjax._measure.read_recording import File
-from impactjax._measure.recording import ImpactTimes
+from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._measure.sensor import Sensor
 from impactjax._measure.sidecar import line_of
 from impactjax._measure.text import read_text
+from impactjax._model.parameter import ranges
 
 
 class Task(NamedTuple):
-    """A recording to fit, with what is known of it and the laws to try."""
+    """A recording to fit, with what is known of it and the laws to try.
 
-    file: File
+    - `notes`: sentences on what was left out of the file.
+    """
+
+    path: Path
+    recording: AnyRecording
     setup: Setup
     laws: list[str]
+    notes: tuple[str, ...]
 
 
 def task_of(file: File, system: str | None, laws: Sequence[str] | None) -> Task:
     """What the sidecar and the command line ask for. Raises `FileError`."""
     setup = _setup(file, system, laws)
-    return Task(file, setup, _laws(file, setup, laws))
+    recording, notes = _released(file, setup)
+    return Task(file.path, recording, setup, _laws(file, recording, setup, laws), notes)
+
+
+def _released(file: File, setup: Setup) -> tuple[AnyRecording, tuple[str, ...]]:
+    """The recording from where a hand lets go, unless the sidecar says which part to use."""
+    recording = file.recording
+    if file.sidecar.read.window is None and isinstance(recording, Recording):
+        begin = release(recording, first_sight(recording, setup))
+        if begin is not None:
+            note = (
+                f"A hand seems to hold or push at first: only what follows {begin:.3f} s is fitted "
+                "(`window` under [read] in the sidecar decides otherwise)."
+            )
+            return recording.since(begin), (*file.notes, note)
+    return recording, file.notes
 
 
 def _setup(file: File, system: str | None, laws: Sequence[str] | None) -> Setup:
@@ -42,12 +64,13 @@ def _setup(file: File, system: str | None, laws: Sequence[str] | None) -> Setup:
     if named not in OSCILLATORS:
         raise _in_sidecar(file, "oscillator", f"unknown oscillator `{named}`", list(OSCILLATORS))
     _check_quantity(file, named)
-    _check_values(file, named, laws)
     own = sidecar.sensor
     low_pass = None if own.cutoff is None else Butterworth(own.cutoff, order=own.order)
-    sensor = Sensor(own.gain, own.offset, own.delay, low_pass)
-    dry_friction = True if "dry_friction" in sidecar.fixed else sidecar.system.dry_friction
-    return Setup(named, dry_friction, sidecar.fixed, sidecar.start, sensor)
+    sensor = Sensor(own.gain, own.offset, own.delay, low_pass, own.sigma, own.quantisation)
+    _check_values(file, named, sensor, laws)
+    asked = "dry_friction" in {*sidecar.fixed, *sidecar.fit.free}
+    dry_friction = True if asked else sidecar.system.dry_friction
+    return Setup(named, dry_friction, sidecar.fixed, sidecar.start, sidecar.fit.free, sensor)
 
 
 def _usual_oscillator(file: File) -> str:
@@ -76,12 +99,20 @@ def _check_quantity(file: File, oscillator: str) -> None:
         )
 
 
-def _check_values(file: File, oscillator: str, laws: Sequence[str] | None) -> None:
-    """That what is fixed and where to start can be; ranges are those of the laws to be tried."""
-    given = {**file.sidecar.start, **file.sidecar.fixed}
+def _check_values(file: File, oscillator: str, sensor: Sensor, laws: Sequence[str] | None) -> None:
+    """That what is fixed, free, and where to start can be, for any of the laws to be tried."""
+    given, free = {**file.sidecar.start, **file.sidecar.fixed}, file.sidecar.fit.free
     tried = laws or file.sidecar.system.laws or USUAL_LAWS
     tried = [law for law in tried if law in LAWS]
-    known = parameters(oscillator, [NO_LAW, *LAWS, *tried]) if given else {}
+    known = parameters(oscillator, [NO_LAW, *LAWS, *tried]) if given or free else {}
+    of_sensor = [ranges(part) for part in (sensor, sensor.low_pass) if part is not None]
+    for name in free:
+        if name not in known and not any(name in each for each in of_sensor):
+            allowed = [*known, *(each for part in of_sensor for each in part)]
+            raise _in_sidecar(file, "free", f"unknown parameter `{name}`", allowed)
+        if name in file.sidecar.fixed:
+            problem = f"`{name}` is both free and fixed"
+            raise FileError(_sidecar(file), _line(file, "free"), problem, "choose one of the two")
     for name, value in given.items():
         if name not in known:
             raise _in_sidecar(file, name, f"unknown parameter `{name}`", list(known))
@@ -90,7 +121,9 @@ def _check_values(file: File, oscillator: str, laws: Sequence[str] | None) -> No
             raise FileError(_sidecar(file), _line(file, name), problem, "correct its value")
 
 
-def _laws(file: File, setup: Setup, laws: Sequence[str] | None) -> list[str]:
+def _laws(
+    file: File, recording: AnyRecording, setup: Setup, laws: Sequence[str] | None
+) -> list[str]:
     """The laws asked for, or those in the sidecar, or the usual ones that apply."""
     if laws:
         return list(dict.fromkeys(laws))
@@ -98,7 +131,7 @@ def _laws(file: File, setup: Setup, laws: Sequence[str] | None) -> list[str]:
     for law in file.sidecar.system.laws or ():
         if law not in known:
             raise _in_sidecar(file, "laws", f"unknown law `{law}`", known)
-    return file.sidecar.system.laws or laws_for(file.recording, setup)
+    return file.sidecar.system.laws or laws_for(recording, setup)
 
 
 def _in_sidecar(file: File, key: str, problem: str, allowed: Sequence[str]) -> FileError:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from impactjax._fit.effort import effort
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.first_estimates import first_estimates
+from impactjax._fit.first_estimates import FirstEstimates, first_estimates
 from impactjax._fit.fit import pose, solve
 from impactjax._fit.laws import LAWS, NO_LAW, USUAL_LAWS
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
@@ -28,6 +28,7 @@ class Setup(NamedTuple):
     - `dry_friction`: whether the oscillator has dry friction; `None` compares both in free flight.
     - `fixed`: parameters that are known, by name.
     - `start`: better starting values than the first estimates, by name.
+    - `free`: parameters to fit although they are usually known, such as a sensor's offset.
     - `sensor`: what stands between motion and recording, if anything.
     """
 
@@ -35,6 +36,7 @@ class Setup(NamedTuple):
     dry_friction: bool | None = None
     fixed: Mapping[str, float] = {}
     start: Mapping[str, float] = {}
+    free: Sequence[str] = ()
     sensor: Sensor | None = None
 
 
@@ -51,9 +53,13 @@ def laws_for(recording: AnyRecording, setup: Setup) -> list[str]:
     """The usual laws, to try where none was asked for; no law at all if the motion is free."""
     if isinstance(recording, ImpactTimes):
         return list(USUAL_LAWS)
-    oscillator = OSCILLATORS[setup.oscillator](setup.fixed, False)
-    seen = first_estimates(recording, oscillator, setup.fixed.get("gap", 0.0))
-    return [NO_LAW] if seen.swings_freely else list(USUAL_LAWS)
+    return [NO_LAW] if first_sight(recording, setup).swings_freely else list(USUAL_LAWS)
+
+
+def first_sight(recording: AnyRecording, setup: Setup, dry: bool = False) -> FirstEstimates:
+    """What the recording shows before any fit, given what is known."""
+    oscillator = OSCILLATORS[setup.oscillator](setup.fixed, dry)
+    return first_estimates(recording, oscillator, setup.fixed.get("gap", 0.0))
 
 
 def compare(
@@ -93,13 +99,13 @@ def _may_have_friction(setup: Setup) -> bool:
 
 
 def _problem(recording: AnyRecording, setup: Setup, law: str, dry: bool) -> Problem:
-    oscillator = OSCILLATORS[setup.oscillator](setup.fixed, dry)
-    seen = first_estimates(recording, oscillator, setup.fixed.get("gap", 0.0))
+    seen = first_sight(recording, setup, dry)
     stop = None if law == NO_LAW else Stop(LAWS[law](seen))
     model = ImpactOscillator(seen.oscillator, stop)
     posed = pose(model, recording, initial=seen.initial, sensor=setup.sensor)
     known = handles(posed.system)
     given = {name: value for name, value in {**setup.start, **setup.fixed}.items() if name in known}
     system = replaced(posed.system, tuple(given), tuple(given.values())) if given else posed.system
-    names = tuple(name for name in posed.names if name not in setup.fixed)
+    wanted = {*posed.names, *setup.free} - setup.fixed.keys()
+    names = tuple(name for name in known if name in wanted)
     return Problem(system, recording, names, effort(recording, seen, system.model))

@@ -20,12 +20,15 @@ class Estimate(eqx.Module):
     - `low`, `high`: ends of the 95 % interval; a range's end, or infinity, where it is open.
     - `covariance`: of the values.
     - `verdicts`: as `Verdict` numbers.
-    - `residuals`: simulated minus recorded, in the recording's SI unit.
+    - `residuals`: simulated minus recorded, in the recording's SI unit; 0 if not valid.
+    - `jacobian`: derivatives of the residuals by the parameters, in their own units.
     - `impacts`: the impact log of the fitted system.
     - `rms`: root of the mean square of the residuals.
-    - `aic`, `bic`: information criteria for normal residuals of unknown size.
+    - `aic`, `bic`: information criteria for normal residuals, of unknown size unless the
+      sensor's is known.
     - `converged`: whether the optimiser came to rest.
     - `iterations`: evaluations it took.
+    - `start_costs`: half the sum of squares at the end of the search from each start.
     """
 
     problem: Problem
@@ -36,12 +39,14 @@ class Estimate(eqx.Module):
     covariance: Float[Array, "... parameters parameters"]
     verdicts: Int[Array, "... parameters"]
     residuals: Float[Array, "... observations"]
+    jacobian: Float[Array, "... observations parameters"]
     impacts: ImpactLog
     rms: Float[Array, "..."]
     aic: Float[Array, "..."]
     bic: Float[Array, "..."]
     converged: Bool[Array, "..."]
     iterations: Int[Array, "..."]
+    start_costs: Float[Array, "... starts"]
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -29,6 +29,7 @@ class FirstEstimates(NamedTuple):
     - `speeds`, `restitutions`: of the impacts that could be read off [m/s], [1].
     - `contact_frequency`: a guess at the natural frequency during contact [rad/s].
     - `swings_freely`: whether the motion passes through the place of the stop.
+    - `marks`: times of the impacts that were found, or of the extremes of a free swing [s].
     """
 
     oscillator: AbstractOscillator
@@ -37,6 +38,7 @@ class FirstEstimates(NamedTuple):
     restitutions: np.ndarray
     contact_frequency: float
     swings_freely: bool
+    marks: np.ndarray = np.zeros(0)
 
     @property
     def restitution(self) -> float:
@@ -76,13 +78,16 @@ def first_estimates(
     """First estimates for an oscillator of a given kind, whose known values are kept."""
     if isinstance(recording, ImpactTimes):
         return _from_impact_times(recording, oscillator)
-    ts, values = np.asarray(recording.ts), np.asarray(recording.values) + gap
+    valid = np.asarray(recording.valid)
+    ts = np.asarray(recording.ts)
+    values = np.interp(ts, ts[valid], np.asarray(recording.values)[valid]) + gap
     smooth, noise = _smoothed(values)
     initial = _initial(ts, values, noise, gap)
     contact = np.pi / (_CONTACT_SAMPLES * float(np.median(np.diff(ts))))
     if smooth.min() < -0.25 * smooth.max():
-        swinging = _swinging(ts, smooth, noise, oscillator)
-        return FirstEstimates(swinging, initial, np.zeros(0), np.zeros(0), contact, True)
+        swinging, marks = _swinging(ts, smooth, noise, oscillator)
+        none = np.zeros(0)
+        return FirstEstimates(swinging, initial, none, none, contact, True, marks)
     return _impacting(ts, smooth, noise, oscillator, initial, contact)
 
 
@@ -108,8 +113,8 @@ def _initial(ts: np.ndarray, values: np.ndarray, noise: float, gap: float) -> In
 
 def _swinging(
     ts: np.ndarray, smooth: np.ndarray, noise: float, oscillator: AbstractOscillator
-) -> AbstractOscillator:
-    """Frequency and damping from the crossings and extremes of a free swing."""
+) -> tuple[AbstractOscillator, np.ndarray]:
+    """Frequency and damping from the crossings and extremes of a free swing, and their times."""
     crossings = np.flatnonzero(np.diff(np.sign(smooth)) != 0)
     times, sizes, middles = [], [], []
     for a, b in pairwise(crossings):
@@ -119,11 +124,11 @@ def _swinging(
             sizes.append(abs(smooth[peak]))
             middles.append(ts[peak])
     if not times:
-        return oscillator
+        return oscillator, np.zeros(0)
     omega = float(np.median(_half_period(oscillator, np.array(sizes)) / np.array(times)))
     rate = -np.polyfit(middles, np.log(sizes), 1)[0] if len(sizes) > 2 else 0.01 * omega
     zeta = float(np.clip(rate / omega, 1e-4, 0.5))
-    return _with_motion(oscillator, omega, zeta)
+    return _with_motion(oscillator, omega, zeta), np.array(middles)
 
 
 def _impacting(
@@ -152,7 +157,7 @@ def _impacting(
     usable = speeds[:last]
     moving = usable[:-1] > 0
     before, after = usable[:-1][moving], usable[1:][moving]
-    return FirstEstimates(oscillator, initial, before, after / before, contact, False)
+    return FirstEstimates(oscillator, initial, before, after / before, contact, False, ts[impacts])
 
 
 def _has_turned(smooth: np.ndarray, begin: int) -> bool:
@@ -207,4 +212,5 @@ def _from_impact_times(recording: ImpactTimes, oscillator: AbstractOscillator) -
     speeds = float(oscillator.gravity) * flights / 2
     ratios = speeds[1:] / speeds[:-1]
     initial = InitialState(0.0, speeds[0])
-    return FirstEstimates(oscillator, initial, speeds[:-1], ratios, 1e3, False)
+    marks = np.asarray(recording.times)
+    return FirstEstimates(oscillator, initial, speeds[:-1], ratios, 1e3, False, marks)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import jax.numpy as jnp
+from jax.core import Tracer
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
@@ -65,7 +66,7 @@ def solve(problem: Problem, starts: Starts, optimiser: LevenbergMarquardt) -> Es
     """The estimate of the best of several searches."""
     lanes = starts.lanes(problem)
     minima = search(problem, optimiser, lanes, jnp.ones(lanes.shape, bool))
-    return summarise(problem, best_of(minima))
+    return summarise(problem, best_of(minima), minima.quadratic.cost)
 
 
 def pose(
@@ -90,7 +91,8 @@ def pose(
     if by_times:
         usual = (usual | {"t0"}) - {"x0", "theta0"}
     names = tuple(name for name in known if name in (usual | set(free)) - set(fixed))
-    count = recording.times.shape[0] if by_times else recording.ts.shape[0]
+    traced = isinstance(recording.valid, Tracer)
+    count = recording.valid.shape[0] if traced else int(recording.observations)
     if count <= len(names):
         raise ValueError(
             f"The recording has {count} observations, too few for {len(names)} parameters "

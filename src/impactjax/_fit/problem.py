@@ -21,8 +21,9 @@ Residuals = Float[Array, " observations"]
 class Answer(NamedTuple):
     """What a simulation says about a recording."""
 
-    residuals: Residuals  # simulated minus recorded, in the recording's SI unit
+    residuals: Residuals  # simulated minus recorded, in the recording's SI unit; 0 if not valid
     impacts: ImpactLog
+    jacobian: Float[Array, "observations parameters"] | None = None  # if it was asked for
 
 
 class Simulation(eqx.Module):
@@ -74,7 +75,7 @@ class Problem(eqx.Module):
             gradient=gradient * slopes,
             curvature=information * slopes[:, None] * slopes[None, :],
             information=information,
-            answer=answer,
+            answer=answer._replace(jacobian=jacobian),
         )
 
 
@@ -91,7 +92,8 @@ def _of_samples(system: System, recording: Recording, simulation: Simulation) ->
         max_impacts=simulation.max_impacts,
     )
     shown = system.sensor.shown(trajectory, recording.quantity)
-    return Answer(shown - recording.values, trajectory.impacts)
+    residuals = jnp.where(recording.valid, shown - recording.values, 0.0)
+    return Answer(residuals, trajectory.impacts)
 
 
 def _of_impact_times(system: System, recording: ImpactTimes, simulation: Simulation) -> Answer:
@@ -110,5 +112,6 @@ def _of_impact_times(system: System, recording: ImpactTimes, simulation: Simulat
     )
     simulated = jnp.concatenate([system.start.t0[None], trajectory.impacts.time])
     happened = jnp.concatenate([jnp.ones(1, bool), trajectory.impacts.happened])
-    residuals = jnp.where(happened, simulated + system.sensor.delay - times, jnp.nan)
+    late = jnp.where(happened, simulated + system.sensor.delay - times, jnp.nan)
+    residuals = jnp.where(recording.valid, late, 0.0)
     return Answer(residuals, trajectory.impacts)

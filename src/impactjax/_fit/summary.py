@@ -12,22 +12,32 @@ from impactjax._fit.problem import Answer, Problem
 from impactjax._fit.system import handles
 from impactjax._fit.verdict import Verdict
 
+_NORMAL = float(special.ndtri(0.975))
+
 
 @eqx.filter_jit
-def summarise(problem: Problem, minimum: Minimum[Answer]) -> Estimate:
+def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) -> Estimate:
     """The estimate that a minimum stands for, in the approximation of small errors."""
-    residuals = minimum.quadratic.answer.residuals
-    n, p = residuals.shape[0], len(problem.names)
+    residuals, jacobian = minimum.quadratic.answer.residuals, minimum.quadratic.answer.jacobian
+    assert jacobian is not None
+    count, p = problem.recording.observations, len(problem.names)
+    n = count.astype(residuals.dtype)
     squares = 2 * minimum.quadratic.cost
     values = problem.values(minimum.u)
-    covariance = squares / (n - p) * _inverse(minimum.quadratic.information)
+    known = problem.system.sensor.variance()
+    variance = squares / (n - p) if known is None else known
+    covariance = variance * _inverse(minimum.quadratic.information)
     errors = jnp.sqrt(jnp.diagonal(covariance))
-    half = float(special.stdtrit(n - p, 0.975)) * errors
-    known = handles(problem.system)
-    lowest = jnp.array([known[name].allowed.low for name in problem.names], values.dtype)
-    highest = jnp.array([known[name].allowed.high for name in problem.names], values.dtype)
+    quantiles = special.stdtrit(np.arange(residuals.shape[0] + 1), 0.975)
+    quantile = jnp.asarray(quantiles, errors.dtype)[count - p] if known is None else _NORMAL
+    half = quantile * errors
+    places = handles(problem.system)
+    lowest = jnp.array([places[name].allowed.low for name in problem.names], values.dtype)
+    highest = jnp.array([places[name].allowed.high for name in problem.names], values.dtype)
     low, high = jnp.maximum(values - half, lowest), jnp.minimum(values + half, highest)
-    likelihood = -n / 2 * (jnp.log(2 * np.pi * squares / n) + 1)
+    size = squares / n if known is None else known
+    likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2
+    found = p + (known is None)
     return Estimate(
         problem=problem,
         values=values,
@@ -37,12 +47,14 @@ def summarise(problem: Problem, minimum: Minimum[Answer]) -> Estimate:
         covariance=covariance,
         verdicts=verdicts(low > lowest, high < highest),
         residuals=residuals,
+        jacobian=jacobian,
         impacts=minimum.quadratic.answer.impacts,
         rms=jnp.sqrt(squares / n),
-        aic=2 * (p + 1) - 2 * likelihood,
-        bic=jnp.log(float(n)) * (p + 1) - 2 * likelihood,
+        aic=2 * found - 2 * likelihood,
+        bic=jnp.log(n) * found - 2 * likelihood,
         converged=minimum.converged,
         iterations=minimum.iterations,
+        start_costs=start_costs,
     )
 
 

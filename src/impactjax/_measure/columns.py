@@ -84,7 +84,7 @@ def _chosen(table: Table, column: int | str, quantity: str | None, unit: str | N
 def _position(table: Table, column: int | str) -> int:
     """Position of a column given by its name or, counted from 1, its number."""
     if isinstance(column, int):
-        width = len(table.header or table.cells[0])
+        width = len(table.columns)
         if not 1 <= column <= width:
             raise table.wrong_header(
                 f"there is no column {column}", f"the sidecar can choose from 1 to {width}"
@@ -99,14 +99,14 @@ def _position(table: Table, column: int | str) -> int:
 
 def _name(cell: str) -> str:
     """The quantity in a header."""
-    return cell.partition("[")[0].strip().lower()
+    return re.split(r"[\[(]", cell, maxsplit=1)[0].strip().lower()
 
 
 def _parsed(table: Table, position: int) -> Column:
-    """A column from its header, `quantity [unit]`."""
+    """A column from its header, `quantity [unit]` or `quantity (unit)`."""
     assert table.header is not None
     cell = table.header[position]
-    match = re.fullmatch(r"[^\[]+\[([^\[\]]+)\]", cell)
+    match = re.fullmatch(r"[^\[(]+[\[(]([^\[\]()]+)[\])]", cell)
     if match is None:
         raise table.wrong_header(f"column `{cell}` has no unit", f"write {USUAL_HEADER}")
     name, unit = _name(cell), match[1].strip()

@@ -1,32 +1,76 @@
 """What was measured."""
 
 import equinox as eqx
-from jaxtyping import Array, Float
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._measure.quantity import AbstractQuantity
 from impactjax._types import Samples
+
+Valid = Bool[Array, " observations"]
 
 
 class Recording(eqx.Module):
     """A quantity sampled in time.
 
+    **Arguments:**
+
     - `ts`: strictly increasing [s].
     - `values`: in the quantity's SI unit.
     - `quantity`: what was observed.
+    - `valid`: which samples count; all if left out. The others (empty, clipped) keep their place in
+      time, so that a sensor's low-pass stays right, but a fit leaves them out.
     """
 
     ts: Samples
     values: Samples
     quantity: AbstractQuantity
+    valid: Valid
+
+    def __init__(
+        self,
+        ts: Samples,
+        values: Samples,
+        quantity: AbstractQuantity,
+        valid: Valid | None = None,
+    ) -> None:
+        self.ts = ts
+        self.values = values
+        self.quantity = quantity
+        self.valid = jnp.ones(values.shape, bool) if valid is None else valid
+
+    def since(self, time: float) -> "Recording":
+        """The samples from a time [s] on."""
+        kept = self.ts >= time
+        return Recording(self.ts[kept], self.values[kept], self.quantity, self.valid[kept])
+
+    @property
+    def observations(self) -> Int[Array, "..."]:
+        """How many samples count."""
+        return jnp.sum(self.valid, axis=-1)
 
 
 class ImpactTimes(eqx.Module):
     """The times of successive impacts, as heard or seen.
 
+    **Arguments:**
+
     - `times`: strictly increasing [s].
+    - `valid`: which of them count; all if left out. An impact that was missed has a row that does
+      not, so that those after it keep their number.
     """
 
     times: Float[Array, " impacts"]
+    valid: Valid
+
+    def __init__(self, times: Float[Array, " impacts"], valid: Valid | None = None) -> None:
+        self.times = times
+        self.valid = jnp.ones(times.shape, bool) if valid is None else valid
+
+    @property
+    def observations(self) -> Int[Array, "..."]:
+        """How many impacts count."""
+        return jnp.sum(self.valid, axis=-1)
 
 
 AnyRecording = Recording | ImpactTimes

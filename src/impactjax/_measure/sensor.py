@@ -1,11 +1,12 @@
 """What stands between a trajectory and its recording."""
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from impactjax._measure.low_pass import AbstractLowPass
 from impactjax._measure.quantity import AbstractQuantity
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Ratio, Samples, Time
 
@@ -19,6 +20,8 @@ class Sensor(eqx.Module):
     - `offset`: in units of the quantity.
     - `delay`: of the whole chain beyond the low-pass [s].
     - `low_pass`: the anti-aliasing filter, if any.
+    - `sigma`: size of the noise, in units of the quantity; found with the fit if `None`.
+    - `quantisation`: step of the recorded values, in units of the quantity; none if `None`.
     """
 
     gain: Ratio = eqx.field(
@@ -31,6 +34,10 @@ class Sensor(eqx.Module):
         converter=as_parameter, metadata=parameter("s", known=True), default=0.0
     )
     low_pass: AbstractLowPass | None = None
+    sigma: Float[Array, "..."] | None = eqx.field(converter=as_optional_parameter, default=None)
+    quantisation: Float[Array, "..."] | None = eqx.field(
+        converter=as_optional_parameter, default=None
+    )
 
     def shown(self, trajectory: Trajectory, quantity: AbstractQuantity) -> Samples:
         """What the sensor shows of a trajectory that is sampled `delay` before the recording."""
@@ -38,6 +45,14 @@ class Sensor(eqx.Module):
         if self.low_pass is not None:
             values = self.low_pass.filtered(trajectory.ts, values, quantity.rate(trajectory))
         return self.gain * values + self.offset
+
+    def floor(self) -> Float[Array, "..."]:
+        """Variance of the error that quantisation makes: step² / 12."""
+        return jnp.zeros(()) if self.quantisation is None else self.quantisation**2 / 12
+
+    def variance(self) -> Float[Array, "..."] | None:
+        """Variance of a recorded value, if it is known: σ² and that of quantisation."""
+        return None if self.sigma is None else self.sigma**2 + self.floor()
 
     def sampled(self, ts: Samples) -> Samples:
         """The times at which the trajectory is to be sampled for a recording at `ts`."""

@@ -45,8 +45,17 @@ class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     gain: Finite = 1.0
     offset: Finite = 0.0
     delay: Finite = 0.0
+    sigma: Positive | None = None
+    quantisation: Positive | None = None
+    clip: Positive | None = None
     cutoff: Positive | None = None
     order: Annotated[int, msgspec.Meta(ge=1, le=12)] = 2
+
+
+class FitTable(msgspec.Struct, forbid_unknown_fields=True):
+    """[fit]: what to fit besides what is usually unknown."""
+
+    free: list[str] = msgspec.field(default_factory=list)
 
 
 class ReadTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -69,6 +78,7 @@ class Sidecar(msgspec.Struct, forbid_unknown_fields=True):
     fixed: dict[str, Finite] = msgspec.field(default_factory=dict)
     start: dict[str, Finite] = msgspec.field(default_factory=dict)
     sensor: SensorTable = msgspec.field(default_factory=SensorTable)
+    fit: FitTable = msgspec.field(default_factory=FitTable)
     read: ReadTable = msgspec.field(default_factory=ReadTable)
     truth: dict[str, object] = msgspec.field(default_factory=dict)
 
@@ -115,8 +125,8 @@ def _explain(path: Path, text: str, tables: dict[str, Any], message: str) -> Fil
 
 
 def _keys(table: str) -> list[str]:
-    owner = {"": Sidecar, "system": SystemTable, "sensor": SensorTable, "read": ReadTable}[table]
-    return [field.name for field in msgspec.structs.fields(owner)]
+    own = next((f.type for f in msgspec.structs.fields(Sidecar) if f.name == table), Sidecar)
+    return [field.name for field in msgspec.structs.fields(own)]
 
 
 def _wrong_entry(table: dict[str, Any]) -> str:

@@ -7,6 +7,7 @@ from impactjax._measure.file_error import FileError
 
 def read_text(path: Path) -> str:
     """The whole of a UTF-8 file. Raises `FileError`."""
+    check_is_file(path)
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -15,5 +16,16 @@ def read_text(path: Path) -> str:
             path, line, "it is not UTF-8 text", "save it with UTF-8 encoding"
         ) from error
     except OSError as error:
-        remedy = "check the name" if isinstance(error, FileNotFoundError) else "check the file"
-        raise FileError(path, None, f"it cannot be read ({error.strerror})", remedy) from error
+        raise unreadable(path, error) from error
+
+
+def unreadable(path: Path, error: OSError) -> FileError:
+    """The error that a file cannot be opened."""
+    remedy = "check the name" if isinstance(error, FileNotFoundError) else "check the file"
+    return FileError(path, None, f"it cannot be read ({error.strerror})", remedy)
+
+
+def check_is_file(path: Path) -> None:
+    """That a path leads to a file that ends. Raises `FileError`."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise FileError(path, None, "it is no ordinary file", "copy what it gives into one")

@@ -12,7 +12,13 @@ from impactjax._fit.compare import Fitted
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.system import handles
 from impactjax._fit.verdict import Verdict
+from impactjax._identify.identifiability import identifiability
+from impactjax._identify.residuals import residuality
+from impactjax._identify.words import coupling, findings
 from impactjax._measure.recording import ImpactTimes
+from impactjax._report.outcome import outcome
+from impactjax._report.rows import corrected_aic
+from impactjax._report.words import residual_sentences
 
 _PACKAGES = ("impactjax", "jax", "jaxlib", "diffrax", "numpy", "scipy")
 
@@ -42,12 +48,54 @@ def _fit(fitted: Fitted) -> dict[str, Any]:
         "law": fitted.law,
         "friction": "viscous and dry" if fitted.dry_friction else "viscous",
         "result": "successful" if bool(estimate.converged) else "not converged",
-        "n_samples": estimate.residuals.shape[0],
+        "n_samples": int(recording.observations),
         "rms_residual": {"value": _number(estimate.rms), "unit": unit},
         "aic": _number(estimate.aic),
         "bic": _number(estimate.bic),
         "seconds": round(fitted.seconds, 3),
+        "outcome": outcome(estimate),
+        "aicc": _number(corrected_aic(estimate)),
+        "coupling": _coupling(estimate),
+        "residuals": _residuals(estimate),
         "parameters": {**_fitted_parameters(estimate), **_fixed_parameters(estimate)},
+    }
+
+
+def _coupling(estimate: Estimate) -> dict[str, Any]:
+    told = identifiability(estimate)
+    sizes = np.linalg.norm(np.asarray(told.sensitivities), axis=0)
+    return {
+        "sentence": coupling(told),
+        "parameters": list(told.names),
+        "scale": [_number(v) for v in np.asarray(told.scale)],
+        "sensitivity": [_number(value) for value in sizes],
+        "correlation": [[_number(v) for v in row] for row in np.asarray(told.correlation)],
+        "directions": [
+            {
+                "combination": each.combination,
+                "exponents": each.exponents,
+                "relative_error": _number(each.relative_error),
+                "determined": each.determined,
+            }
+            for each in findings(told)
+        ],
+    }
+
+
+def _residuals(estimate: Estimate) -> dict[str, Any]:
+    found = residuality(estimate)
+    return {
+        "sentences": residual_sentences(estimate),
+        "independent": bool(found.independent),
+        "autocorrelation": [_number(v) for v in np.asarray(found.autocorrelation)],
+        "band": _number(found.band),
+        "runs": int(found.runs),
+        "runs_expected": _number(found.runs_expected),
+        "skewness": _number(found.skewness),
+        "excess_kurtosis": _number(found.excess_kurtosis),
+        "after_impacts": [
+            _number(v) for v in np.asarray(found.after_impacts)[: int(estimate.impacts.count)]
+        ],
     }
 
 

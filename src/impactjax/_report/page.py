@@ -1,106 +1,138 @@
 """The report: one self-contained HTML page."""
 
-import base64
 import importlib.resources
-import io
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import jinja2
 
 from impactjax._fit.compare import Fitted
 from impactjax._fit.laws import NO_LAW
+from impactjax._identify.identifiability import identifiability
+from impactjax._identify.words import coupling
+from impactjax._measure.recording import ImpactTimes
+from impactjax._report.coupling_figures import (
+    plot_correlation,
+    plot_directions,
+    plot_sensitivities,
+)
 from impactjax._report.document import versions
-from impactjax._report.figures import plot_fit, plot_residuals, plot_restitution
-from impactjax._report.units import interval, shown_unit, with_error
-from impactjax._report.words import sentences
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-_DPI = 150
-
-
-class _Figure(NamedTuple):
-    png: str  # base64
-    text: str  # for those who cannot see it
-    width: int
-    height: int
+from impactjax._report.fit_figures import plot_fit, plot_residuals
+from impactjax._report.picture import Picture, picture, wide_picture
+from impactjax._report.residual_figures import (
+    plot_autocorrelation,
+    plot_impact_residuals,
+    plot_quantiles,
+)
+from impactjax._report.restitution_figure import plot_restitution
+from impactjax._report.rows import impact_rows, law_rows, name_of, parameter_rows, sources
+from impactjax._report.search_figures import plot_first_estimates, plot_starts
+from impactjax._report.words import residual_sentences, sentences
 
 
-def page(fits: Sequence[tuple[str, Fitted]], command: str, seed: int) -> str:
-    """A page with figures inside, for fits with the name of their recording, best first."""
+def page(
+    fits: Sequence[tuple[str, Fitted]],
+    command: str,
+    seed: int,
+    notes: Mapping[str, Sequence[str]],
+) -> str:
+    """A page with figures inside, for fits with the name of their recording, best first; notes say
+    what was done to a recording.
+    """
     template = (
         importlib.resources.files("impactjax._report").joinpath("page.html").read_text("utf-8")
     )
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     sections = [
-        _section(name, [fitted for _, fitted in group])
+        _section(name, [fitted for _, fitted in group], notes.get(name, ()))
         for name, group in groupby(fits, key=lambda named: named[0])
     ]
     title = "What the impact is made of" if len(sections) > 1 else f"Contact of {fits[0][0]}"
     return environment.from_string(template).render(
-        title=title, sections=sections, command=command, seed=seed, versions=versions()
+        title=title,
+        sections=sections,
+        command=command,
+        seed=seed,
+        versions=versions(),
+        sources=sources([fitted for _, fitted in fits]),
     )
 
 
-def _section(name: str, fits: list[Fitted]) -> dict[str, Any]:
+def _section(name: str, fits: list[Fitted], notes: Sequence[str]) -> dict[str, Any]:
     best = fits[0]
-    law = "free flight" if best.law == NO_LAW else best.law
-    estimate = best.estimate
-    figures = [
-        _drawn(lambda ax: plot_fit(ax, estimate), 3.2, f"Recording {name} with the fit of {law}"),
-        _drawn(lambda ax: plot_residuals(ax, estimate), 2.2, f"Residuals of {law} for {name}"),
-    ]
-    if best.law != NO_LAW:
-        text = f"Restitution of each impact against its approach speed, {law} for {name}"
-        figures.append(_drawn(lambda ax: plot_restitution(ax, estimate), 2.4, text))
+    estimate, law = best.estimate, name_of(best)
+    told = identifiability(estimate)
     return {
         "name": name,
-        "sentences": sentences(fits),
-        "figures": figures,
-        "fits": [_rows(fitted, best) for fitted in fits],
-    }
-
-
-def _rows(fitted: Fitted, best: Fitted) -> dict[str, Any]:
-    estimate = fitted.estimate
-    unit, factor = shown_unit(estimate.problem.recording)
-    return {
-        "law": fitted.law,
-        "friction": "viscous and dry" if fitted.dry_friction else "viscous",
-        "result": "converged" if bool(estimate.converged) else "not converged",
-        "rms": f"{float(estimate.rms) * factor:.4g} {unit}",
-        "aic": f"{float(estimate.aic - best.estimate.aic):.1f}",
-        "bic": f"{float(estimate.bic - best.estimate.bic):.1f}",
-        "parameters": [
-            {
-                "name": name,
-                "value": with_error(float(estimate.values[i]), float(estimate.standard_errors[i])),
-                "unit": estimate.units[i],
-                "interval": interval(
-                    float(estimate.low[i]),
-                    float(estimate.high[i]),
-                    float(estimate.standard_errors[i]),
-                ),
-                "verdict": str(estimate.verdict(name)),
-            }
-            for i, name in enumerate(estimate.names)
+        "sentences": [*notes, *sentences(fits)],
+        "fit": [
+            wide_picture(
+                partial(plot_fit, estimate=estimate), f"{name} with the fit of {law}", 3.6
+            ),
+            wide_picture(
+                partial(plot_residuals, estimate=estimate), f"Residuals of {law} for {name}", 2.4
+            ),
+        ],
+        "laws": law_rows(fits),
+        "restitution": _restitution(name, fits),
+        "parameters": [(name_of(each), parameter_rows(each.estimate)) for each in fits],
+        "coupling": coupling(told),
+        "couplings": _coupling_pictures(name, best),
+        "impacts": impact_rows(estimate) if best.law != NO_LAW else [],
+        "residual_sentences": residual_sentences(estimate),
+        "residuals": _residual_pictures(name, best),
+        "search": [
+            picture(
+                partial(plot_first_estimates, estimate=estimate),
+                f"{name} with what was found in it before the fit",
+            ),
+            picture(
+                partial(plot_starts, estimate=estimate),
+                f"Residuals at the end of the search from each start, {law} for {name}",
+            ),
         ],
     }
 
 
-def _drawn(draw: Callable[["Axes"], "Axes"], height: float, text: str) -> _Figure:
-    """A figure as a picture inside the page."""
-    from matplotlib.figure import Figure  # most users of the package never draw
+def _restitution(name: str, fits: list[Fitted]) -> Picture | None:
+    """For the laws that could be fitted; nothing in free flight."""
+    shown = [each for each in fits if each.law != NO_LAW and bool(each.estimate.converged)]
+    if not shown:
+        return None
+    text = f"Restitution against approach speed, impacts and laws' curves, for {name}"
+    return wide_picture(partial(plot_restitution, fits=shown), text, 3.4)
 
-    width = 9.0
-    figure = Figure(figsize=(width, height), layout="constrained")
-    ax = figure.add_subplot()
-    ax.spines[["top", "right"]].set_visible(False)
-    draw(ax)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=_DPI)
-    png = base64.b64encode(buffer.getvalue()).decode("ascii")
-    return _Figure(png, text, round(width * _DPI), round(height * _DPI))
+
+def _coupling_pictures(name: str, best: Fitted) -> list[Picture]:
+    estimate, law = best.estimate, name_of(best)
+    told = identifiability(estimate)
+    drawn = [
+        (
+            partial(plot_correlation, information=told),
+            f"Correlation of the errors of the parameters of {law} for {name}",
+        ),
+        (
+            partial(plot_directions, information=told),
+            f"What {name} tells of the parameters of {law}: {coupling(told)}",
+        ),
+        (
+            partial(plot_sensitivities, estimate=estimate),
+            f"Sensitivity of {name} to each parameter of {law} in time",
+        ),
+    ]
+    if not any(told.of_model):
+        del drawn[1]
+    return [picture(draw, text, 3.6) for draw, text in drawn]
+
+
+def _residual_pictures(name: str, best: Fitted) -> list[Picture]:
+    estimate, law = best.estimate, name_of(best)
+    drawn = [
+        (plot_autocorrelation, f"Autocorrelation of the residuals of {law} for {name}"),
+        (plot_quantiles, f"Normal quantiles of the residuals of {law} for {name}"),
+    ]
+    if best.law != NO_LAW and not isinstance(estimate.problem.recording, ImpactTimes):
+        drawn.append((plot_impact_residuals, f"Residuals after each impact, {law} for {name}"))
+    return [picture(partial(draw, estimate=estimate), text) for draw, text in drawn]

@@ -2,13 +2,21 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from impactjax._fit.compare import Fitted
+from impactjax._fit.estimate import Estimate
 from impactjax._fit.laws import NO_LAW
 from impactjax._fit.system import handles
 from impactjax._fit.verdict import Verdict
+from impactjax._identify.identifiability import identifiability
+from impactjax._identify.residuals import Residuality, residuality
+from impactjax._identify.words import coupling, findings
+from impactjax._measure.recording import ImpactTimes
 from impactjax._report.units import shown_unit
 
 _CLEAR = 10.0  # a difference of AIC that leaves no doubt
+_LARGE = 1.5  # times the usual residual: the law misses something there
 
 
 def sentences(fits: Sequence[Fitted]) -> list[str]:
@@ -22,6 +30,12 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
         if not bool(fitted.estimate.converged):
             found.append(f"The fit of {_name(fitted)} did not converge; its row is not to be used.")
     found += _open_sides(best)
+    told = identifiability(best.estimate)
+    if not all(each.determined for each in findings(told)):
+        found.append(coupling(told))
+    residuals = residuality(best.estimate)
+    if not bool(residuals.independent):
+        found.append(_independence(residuals))
     return found
 
 
@@ -69,3 +83,47 @@ def _open_sides(best: Fitted) -> list[str]:
         elif verdict is Verdict.ONE_SIDED:
             found.append(f"The record only tells that {name} is at least {low:.3g}{unit}.")
     return found
+
+
+def residual_sentences(estimate: Estimate) -> list[str]:
+    """Whether the residuals are what a good law leaves: independent, of one size, normal."""
+    found = residuality(estimate)
+    said = [_independence(found), *_after_impacts(estimate, found)]
+    if float(found.abnormal) < 1e-3:
+        kurtosis = float(found.excess_kurtosis)
+        tails = "longer" if kurtosis > 0 else "shorter"
+        said.append(
+            f"Their distribution is not normal: skewness {float(found.skewness):.2f}, tails "
+            f"{tails} than those of a normal one (excess kurtosis {kurtosis:.2f})."
+        )
+    else:
+        said.append("Their distribution is like a normal one.")
+    return said
+
+
+def _independence(found: Residuality) -> str:
+    first = float(found.autocorrelation[0]) if found.autocorrelation.size else 0.0
+    numbers = (
+        f"autocorrelation {first:.2f} at lag 1 (95 % band ± {float(found.band):.2f}), "
+        f"{int(found.runs)} runs of one sign where {float(found.runs_expected):.0f} are expected"
+    )
+    if bool(found.independent):
+        return f"The residuals look independent: {numbers}."
+    return (
+        f"The residuals hang together: {numbers}. Their noise is filtered or the law is not quite "
+        "right; errors that take them as independent are too small."
+    )
+
+
+def _after_impacts(estimate: Estimate, found: Residuality) -> list[str]:
+    if isinstance(estimate.problem.recording, ImpactTimes):
+        return []
+    after = np.asarray(found.after_impacts)
+    large = [str(i + 1) for i in np.flatnonzero(after > _LARGE)]
+    if not large:
+        return []
+    which = f"impact {large[0]}" if len(large) == 1 else f"impacts {', '.join(large)}"
+    return [
+        f"Just after {which} they are up to {after.max():.1f} times as large as on the whole: the "
+        "law misses something of the contact."
+    ]

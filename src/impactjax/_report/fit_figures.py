@@ -1,4 +1,4 @@
-"""Figures of a fit, each a function that takes an `Axes` and returns it."""
+"""The recording, its fit, and what the fit leaves; each figure takes an `Axes` and returns it."""
 
 from typing import TYPE_CHECKING
 
@@ -6,56 +6,49 @@ import numpy as np
 
 from impactjax._fit.estimate import Estimate
 from impactjax._measure.recording import ImpactTimes
+from impactjax._report.style import FITTED, RECORDED
 from impactjax._report.units import shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-RECORDED, FITTED = "#8fa3b5", "#b3261e"
 
 
 def plot_fit(ax: "Axes", estimate: Estimate) -> "Axes":
     """The recording with the fitted motion; for a list of impact times, the flights."""
     recording = estimate.problem.recording
     unit, factor = shown_unit(recording)
+    valid, residuals = np.asarray(recording.valid), np.asarray(estimate.residuals)
     if isinstance(recording, ImpactTimes):
         times = np.asarray(recording.times)
-        flights = np.diff(times) * factor
-        fitted = np.diff(times + np.asarray(estimate.residuals)) * factor
-        number = np.arange(1, len(times))
+        whole = valid[1:] & valid[:-1]
+        number = np.arange(1, len(times))[whole]
+        flights = np.diff(times)[whole] * factor
+        fitted = np.diff(times + residuals)[whole] * factor
         ax.plot(number, flights, "o", color=RECORDED, label="recorded")
         ax.plot(number, fitted, ".-", color=FITTED, label="fitted", linewidth=1)
         ax.set(xlabel="flight number", ylabel=f"duration of flight [{unit}]")
     else:
-        ts, values = np.asarray(recording.ts), np.asarray(recording.values)
-        fitted = values + np.asarray(estimate.residuals)
-        ax.plot(ts, values * factor, color=RECORDED, linewidth=3, label="recorded")
-        ax.plot(ts, fitted * factor, color=FITTED, linewidth=1, label="fitted")
+        ts = np.asarray(recording.ts)
+        values = np.where(valid, np.asarray(recording.values), np.nan) * factor
+        ax.plot(ts, values, color=RECORDED, linewidth=3, label="recorded")
+        ax.plot(ts, values + residuals * factor, color=FITTED, linewidth=1, label="fitted")
         ax.set(xlabel="time [s]", ylabel=f"{recording.quantity.name} [{unit}]")
     ax.legend(loc="upper right", frameon=False)
     return ax
 
 
 def plot_residuals(ax: "Axes", estimate: Estimate) -> "Axes":
-    """What the fitted motion leaves unexplained: recorded minus fitted."""
+    """What the fitted motion leaves, recorded minus fitted; dotted lines mark its impacts."""
     recording = estimate.problem.recording
     unit, factor = shown_unit(recording)
-    left = -np.asarray(estimate.residuals) * factor
+    left = np.where(np.asarray(recording.valid), -np.asarray(estimate.residuals), np.nan) * factor
     if isinstance(recording, ImpactTimes):
         ax.plot(np.arange(len(left)), left, ".-", color=FITTED, linewidth=1)
         ax.set(xlabel="impact number", ylabel=f"residual [{unit}]")
     else:
+        for time in np.asarray(estimate.impacts.time)[np.asarray(estimate.impacts.happened)]:
+            ax.axvline(time, color=RECORDED, linewidth=0.8, linestyle=":")
         ax.plot(np.asarray(recording.ts), left, ".", color=FITTED, markersize=2)
         ax.set(xlabel="time [s]", ylabel=f"residual [{unit}]")
     ax.axhline(0, color="black", linewidth=0.5)
-    return ax
-
-
-def plot_restitution(ax: "Axes", estimate: Estimate) -> "Axes":
-    """Restitution against approach speed, impact by impact, of the fitted motion."""
-    log = estimate.impacts
-    shown = np.asarray(log.happened & log.complete)
-    speeds, ratios = np.asarray(log.approach_speed)[shown], np.asarray(log.restitution)[shown]
-    ax.plot(speeds, ratios, "o", color=FITTED)
-    ax.set(xlabel="approach speed [m/s]", ylabel="restitution", ylim=(0, 1), xlim=(0, None))
     return ax

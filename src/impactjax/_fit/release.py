@@ -1,0 +1,115 @@
+"""When a hand lets go of what it holds at the start of a record."""
+
+import numpy as np
+
+from impactjax._fit.first_estimates import FirstEstimates
+from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
+from impactjax._model.bouncing_ball import BouncingBall
+from impactjax._model.linear_oscillator import LinearOscillator
+from impactjax._model.pendulum import Pendulum
+
+_LEAST = 48  # samples, below which nothing is looked for
+_CLEAR = 0.15  # of the greatest height: farther from the stop no contact disturbs
+_HELD, _FREE = 8.0, 3.0  # unexplained accelerations, in their usual size
+_SHARE = 0.5  # of the record that a hand may take at most
+
+
+def release(recording: AnyRecording, seen: FirstEstimates) -> float | None:
+    """The time from which on a record of angle or displacement obeys the equation of free motion.
+
+    A swing's acceleration is regressed on the terms of that equation, robustly, so that a hand that
+    holds or pushes at first does not matter; between impacts it is compared with the equation that
+    later flights obey. `None` if the record is free from its start, as far as can be seen, or of
+    another kind. A swing is taken to be free from its first turn after that, since a hand goes away
+    gradually.
+    """
+    half = _half_period(recording, seen)
+    if half is None or not isinstance(recording, Recording):
+        return None
+    from scipy import ndimage, signal
+
+    ts = np.linspace(float(recording.ts[0]), float(recording.ts[-1]), recording.ts.shape[0])
+    interval = ts[1] - ts[0]
+    width = max(int(half / 8 / interval), 7) | 1
+    if len(ts) < max(_LEAST, 6 * width):
+        return None
+    valid = np.asarray(recording.valid)
+    values = np.interp(ts, np.asarray(recording.ts)[valid], np.asarray(recording.values)[valid])
+    place, rate, acceleration = (
+        np.asarray(signal.savgol_filter(values, width, 3, deriv=order, delta=interval))
+        for order in (0, 1, 2)
+    )
+    clear = later = np.ones(len(ts), bool)
+    if not seen.swings_freely:
+        near = values - values.min() < _CLEAR * np.ptp(values)
+        clear = np.asarray(ndimage.minimum_filter1d(~near, 2 * width + 1), bool)
+        later = np.cumsum(near) > 0
+    longer = max(int(half / 4 / interval), 3) | 1
+    first, last = (width + longer) // 2, len(ts) - (width + longer) // 2
+    clear[:first] = clear[last:] = False
+    if np.count_nonzero(clear & later) < _LEAST:
+        return None
+    if seen.swings_freely:
+        left = _left(acceleration, _terms(seen, place, rate), clear)
+    else:
+        left = acceleration - _free_acceleration(seen, place)
+    unexplained = ndimage.median_filter(left, longer)
+    usual = np.median(np.abs(unexplained[clear & later])) / 0.6745
+    strange = np.abs(unexplained) > _FREE * usual
+    if not clear[first] or not abs(unexplained[first]) > _HELD * usual:
+        return None
+    calm = ndimage.minimum_filter1d((~strange).astype(int), longer, origin=-(longer // 2)) > 0
+    free = np.flatnonzero(calm[first:] & clear[first:])
+    if not free.size or free[0] + first > _SHARE * len(ts):
+        return None
+    begin = first + int(free[0]) + (width + longer) // 4
+    if seen.swings_freely:
+        turns = np.flatnonzero(np.diff(np.sign(rate[begin:])) != 0)
+        begin += int(turns[0]) if turns.size else 0
+    return float(ts[begin])
+
+
+def _half_period(recording: AnyRecording, seen: FirstEstimates) -> float | None:
+    """About the time between two turns [s]; `None` where there is no equation to compare with."""
+    if isinstance(recording, ImpactTimes):
+        return None
+    oscillator = seen.oscillator
+    if isinstance(oscillator, Pendulum | LinearOscillator):
+        return np.pi / float(oscillator.omega_n)
+    if isinstance(oscillator, BouncingBall):
+        height = float(np.nanmax(np.asarray(recording.values)))
+        return 2 * np.sqrt(2 * max(height, 0.0) / float(oscillator.gravity)) or None
+    return None
+
+
+def _free_acceleration(seen: FirstEstimates, place: np.ndarray) -> np.ndarray:
+    """The acceleration in flight, friction left out."""
+    if isinstance(seen.oscillator, BouncingBall):
+        return np.full_like(place, -float(seen.oscillator.gravity))
+    omega = (
+        float(seen.oscillator.omega_n)
+        if isinstance(seen.oscillator, Pendulum | LinearOscillator)
+        else 0.0
+    )
+    return -(omega**2) * _restoring(seen, place)
+
+
+def _terms(seen: FirstEstimates, place: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """What the acceleration of a swing is a sum of; a constant takes up an offset."""
+    return np.stack([_restoring(seen, place), rate, np.sign(rate), np.ones_like(place)], axis=1)
+
+
+def _restoring(seen: FirstEstimates, place: np.ndarray) -> np.ndarray:
+    return np.sin(place) if isinstance(seen.oscillator, Pendulum) else place
+
+
+def _left(values: np.ndarray, terms: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """What a regression by least absolute deviations leaves, everywhere."""
+    weights = np.ones(np.count_nonzero(used))
+    left = values
+    for _ in range(40):
+        factors, *_ = np.linalg.lstsq(terms[used] * weights[:, None], values[used] * weights)
+        left = values - terms @ factors
+        sizes = np.abs(left[used])
+        weights = 1 / np.sqrt(np.maximum(sizes, 0.1 * np.median(sizes) + 1e-300))
+    return left

@@ -1,0 +1,62 @@
+"""The parameters of a part of a model, or of the whole, by name."""
+
+from collections.abc import Sequence
+from functools import reduce
+from typing import TypeVar
+
+import equinox as eqx
+from jaxtyping import Array
+
+from impactjax._fit.system import Handle, Start, System, handles
+from impactjax._measure.sensor import Sensor
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.parameter import ranges
+from impactjax._simulate.simulate import InitialState
+
+Part = TypeVar("Part", bound=eqx.Module)
+
+
+def parameters_of(part: eqx.Module) -> dict[str, Handle]:
+    """Where each parameter of a part is, and what it may be, by the name that a fit gives it."""
+    if isinstance(part, System):
+        return handles(part)
+    if isinstance(part, ImpactOscillator):
+        whole = handles(System(part, InitialState(0.0), Start(0.0), Sensor()))
+        return {
+            name: handle._replace(path=handle.path[1:])
+            for name, handle in whole.items()
+            if handle.path[0] == "model"
+        }
+    return {name: Handle((name,), allowed) for name, allowed in ranges(part).items()}
+
+
+def chosen(part: eqx.Module, free: Sequence[str], fixed: Sequence[str]) -> dict[str, Handle]:
+    """The parameters that a fit would vary: those not usually measured otherwise.
+
+    **Raises** `ValueError` for a name that the part does not have, and if nothing is left.
+    """
+    known = parameters_of(part)
+    for name in (*free, *fixed):
+        if name not in known:
+            raise ValueError(f"There is no parameter `{name}`; there are {', '.join(known)}.")
+    found = {
+        name: handle
+        for name, handle in known.items()
+        if (name in free or not handle.allowed.known) and name not in fixed
+    }
+    if not found:
+        raise ValueError(f"{type(part).__name__} has no parameter that is left free.")
+    return found
+
+
+def with_values(part: Part, parameters: dict[str, Handle], values: Array) -> Part:
+    """The part with some parameters set."""
+    paths = [handle.path for handle in parameters.values()]
+    return eqx.tree_at(
+        lambda each: [reduce(getattr, path, each) for path in paths], part, list(values)
+    )
+
+
+def value_of(part: eqx.Module, handle: Handle) -> Array:
+    """The value of one parameter of a part."""
+    return reduce(getattr, handle.path, part)

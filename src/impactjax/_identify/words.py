@@ -1,0 +1,165 @@
+"""Directions in parameter space as products of powers, in words."""
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from impactjax._identify.directions import Directions
+from impactjax._identify.information import Information
+
+_DETERMINED = 0.5  # relative standard error; beyond it, 95 % of a normal law reach zero
+_WORTH = 1.5  # by how much the error may grow for the sake of a simpler combination
+_WELL = 0.01  # relative standard error that is good enough for one
+_PRESENT = 0.1  # of the largest exponent: worth a mention
+_RATIOS = sorted({Fraction(a, b) * s for a in (1, 2, 3) for b in (1, 2, 3) for s in (-1, 1)})
+_CLOSE = 0.1  # relative, of an exponent to a simple ratio
+
+Exponents = dict[str, float]
+
+
+class Finding(NamedTuple):
+    """One combination of parameters, and whether the data tell it.
+
+    - `combination`: "c/k" if it is told; else what is free, "k at fixed c/k".
+    - `exponents`: of the direction it stands for, of length one.
+    - `relative_error`: standard error of the combination [1].
+    - `determined`: whether that is less than a half.
+    - `amount`: the error in words, "to 0.3 %"; nothing if there is no end to it.
+    """
+
+    combination: str
+    exponents: Exponents
+    relative_error: float
+    determined: bool
+    amount: str
+
+
+def findings(information: Information) -> list[Finding]:
+    """What the data tell and what they do not, the best determined first."""
+    found = information.directions
+    rows = zip(np.asarray(found.exponents), np.asarray(found.errors), strict=True)
+    return [_finding(information, found, row, float(error)) for row, error in rows]
+
+
+def coupling(information: Information) -> str:
+    """What the data tell and what they do not, in a sentence; empty if no model was asked for."""
+    found = findings(information)
+    told = [f"{each.combination} {each.amount}" for each in found if each.determined]
+    open_ = [f"{each.combination} {each.amount}".rstrip() for each in found if not each.determined]
+    parts = [
+        *([f"determined: {', '.join(told)}"] if told else []),
+        *([f"not determined: {', '.join(open_)}"] if open_ else []),
+    ]
+    sentence = "; ".join(parts)
+    return f"{sentence[0].upper()}{sentence[1:]}." if sentence else ""
+
+
+def _finding(information: Information, found: Directions, row: np.ndarray, error: float) -> Finding:
+    exponents = dict(zip(found.names, row.tolist(), strict=True))
+    if not error < _DETERMINED:
+        free = {name: round(w, 12) for name, w in exponents.items()}
+        amount = f"(± {_percent(error)})" if error < 10 else ""
+        return Finding(_free(free), exponents, error, False, amount)
+    simple = _simplest(found, row, error)
+    own = float(found.error(jnp.asarray(simple)))
+    kept = {name: float(w) for name, w in zip(found.names, simple, strict=True) if w != 0}
+    positive = dict(zip(information.names, information.positive, strict=True))
+    if all(positive[name] for name in kept):
+        return Finding(_product(kept), exponents, own, True, f"to {_percent(own)}")
+    combination, lead = _sum(information, kept)
+    if positive[lead]:
+        return Finding(combination, exponents, own, True, f"to {_percent(own)}")
+    at = information.names.index(lead)
+    size, unit = own * float(information.scale[at]), information.units[at]
+    amount = f"to ± {size:.2g}" + ("" if unit == "1" else f" {unit}")
+    return Finding(combination, exponents, own, True, amount)
+
+
+def _simplest(found: Directions, row: np.ndarray, error: float) -> np.ndarray:
+    """The simplest exponents whose product is determined about as well as the direction itself,
+    or well enough; the largest is one.
+    """
+    large = np.abs(row) > 0.99 * np.abs(row).max()
+    exact = row / row[np.flatnonzero(large)[-1]]
+    alone = np.array([float(found.error(unit)) for unit in jnp.eye(len(row), dtype=row.dtype)])
+    weight = np.where(large, np.inf, np.abs(exact) * np.minimum(alone, 1e9))
+    limit = max(_WORTH * error * np.linalg.norm(exact), _WELL)
+    for count in range(int(large.sum()), len(row) + 1):
+        kept = np.isin(np.arange(len(row)), np.argsort(-weight)[:count])
+        for rounded in (_as_ratio, _two_digits):
+            simple = np.array([rounded(w) for w in exact]) * kept
+            if float(found.error(jnp.asarray(simple))) <= limit:
+                return simple
+    return exact
+
+
+def _as_ratio(exponent: float) -> float:
+    """The nearest simple ratio, if it is close; two digits otherwise."""
+    nearest = float(min(_RATIOS, key=lambda ratio: abs(exponent - ratio)))
+    close = abs(exponent - nearest) < _CLOSE * abs(nearest)
+    return nearest if close else _two_digits(exponent)
+
+
+def _two_digits(exponent: float) -> float:
+    return float(f"{exponent:.2g}")
+
+
+def _free(exponents: Exponents) -> str:
+    """What may change along a direction without the data noticing: "k at fixed c/k"."""
+    largest = max(abs(w) for w in exponents.values())
+    lead = next(name for name, w in exponents.items() if abs(w) > 0.99 * largest)
+    others = {
+        name: _as_ratio(w / exponents[lead])
+        for name, w in exponents.items()
+        if name != lead and abs(w) > _PRESENT * largest
+    }
+    if not others:
+        return lead
+    fixed = [_product({name: 1.0, lead: -ratio}) for name, ratio in others.items()]
+    return f"{lead} at fixed {' and '.join(fixed)}"
+
+
+def _product(exponents: Exponents) -> str:
+    """Powers as a fraction: "c/k", "k·m/c^2"."""
+    above = [_power(name, w) for name, w in exponents.items() if w > 0]
+    below = [_power(name, -w) for name, w in exponents.items() if w < 0]
+    if not above and len(below) == 1:
+        return below[0]
+    top = "·".join(above) or "1"
+    if not below:
+        return top
+    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({'·'.join(below)})"
+
+
+def _power(name: str, exponent: float) -> str:
+    if math.isclose(exponent, 1):
+        return name
+    ratio = Fraction(exponent).limit_denominator(3)
+    if math.isclose(ratio, exponent):
+        return f"{name}^{ratio}" if ratio.denominator == 1 else f"{name}^({ratio})"
+    return f"{name}^{exponent:.2g}"
+
+
+def _sum(information: Information, weights: Exponents) -> tuple[str, str]:
+    """A sum in natural units, where a parameter may be negative: "r0 - 0.62 alpha"; and what leads
+    it.
+    """
+    lead = max(weights, key=lambda name: abs(weights[name]))
+    scale = dict(zip(information.names, np.asarray(information.scale).tolist(), strict=True))
+    others: Sequence[str] = [name for name in weights if name != lead]
+    terms = [lead]
+    for name in others:
+        factor = weights[name] / weights[lead] * scale[lead] / scale[name]
+        terms.append(f"{'+' if factor > 0 else '-'} {abs(factor):.3g} {name}")
+    return " ".join(terms), lead
+
+
+def _percent(error: float) -> str:
+    """A relative error to two digits."""
+    percent = 100 * error
+    digits = max(1 - math.floor(math.log10(percent)), 0) if percent > 0 else 0
+    return f"{percent:.{digits}f} %"

@@ -1,0 +1,27 @@
+"""Records with more samples than a fit needs."""
+
+import numpy as np
+
+MOST = 20_000
+"""Samples that are fitted one by one; neighbours in a longer record are averaged."""
+_BLUR = 0.2  # change within a group, relative to the spread of the record, that averaging may hide
+
+
+def group_size(count: int) -> int:
+    """How many neighbours of a record of `count` samples are averaged to one."""
+    return -(-count // MOST)
+
+
+def averaged(values: np.ndarray, valid: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Means of the valid values in groups of neighbours, and which groups have any."""
+    groups = len(values) // size
+    kept = valid[: groups * size].reshape(groups, size)
+    numbers = np.where(valid, values, 0.0)[: groups * size].reshape(groups, size)
+    count = kept.sum(axis=1)
+    return numbers.sum(axis=1) / np.maximum(count, 1), count > 0
+
+
+def blurs(values: np.ndarray, size: int) -> bool:
+    """Whether the motion changes within groups by so much that averages would hide it."""
+    means = averaged(values, np.isfinite(values), size)[0]
+    return float(np.sqrt(np.mean(np.diff(means) ** 2))) > _BLUR * float(np.nanstd(values))

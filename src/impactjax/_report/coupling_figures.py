@@ -1,0 +1,77 @@
+"""Which parameters a recording tells, and which only together."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from impactjax._fit.estimate import Estimate
+from impactjax._identify.identifiability import identifiability
+from impactjax._identify.information import Information
+from impactjax._identify.words import findings
+from impactjax._measure.recording import ImpactTimes
+from impactjax._report.style import FITTED, LAWS, OTHER
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_OPEN = 1e3  # relative errors beyond this are drawn at it
+
+
+def plot_correlation(ax: "Axes", information: Information) -> "Axes":
+    """Correlation matrix of the parameters' errors, as a map with its numbers."""
+    matrix = np.asarray(information.correlation)
+    count = range(len(information.names))
+    ax.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1)
+    for i in count:
+        for j in count:
+            dark = abs(matrix[i, j]) > 0.6
+            text = f"{matrix[i, j]:.2f}".replace("-0.00", "0.00")
+            color = "white" if dark else "black"
+            ax.text(j, i, text, ha="center", va="center", fontsize="x-small", color=color)
+    ax.set_xticks(count, information.names, rotation=40, ha="right")
+    ax.set_yticks(count, information.names)
+    ax.spines[:].set_visible(False)
+    ax.tick_params(length=0)
+    return ax
+
+
+def plot_directions(ax: "Axes", information: Information) -> "Axes":
+    """Stiff and sloppy directions, from the best determined to the worst: bars are their relative
+    standard errors, red where the data do not tell.
+    """
+    found = findings(information)
+    errors = np.array([each.relative_error for each in found])
+    shown = np.minimum(np.maximum(errors, 1e-6), _OPEN)
+    rows = range(len(found))
+    colors = [OTHER if each.determined else FITTED for each in found]
+    left = shown.min() / 3
+    ax.barh(rows, shown - left, left=left, color=colors, height=0.5)
+    for row, each, error in zip(rows, found, shown, strict=True):
+        words = each.combination if each.determined else f"{each.combination}: not determined"
+        ax.text(left * 1.1, row - 0.3, words, fontsize="small", va="bottom")
+        amount = each.amount.removeprefix("to ").strip("()") or "no end"
+        ax.text(error * 1.15, row, amount, va="center", fontsize="small")
+    ax.set(xscale="log", xlim=(left, shown.max() * 30), yticks=[], ylim=(len(found) - 0.5, -0.9))
+    ax.set_xlabel("relative standard error")
+    return ax
+
+
+def plot_sensitivities(ax: "Axes", estimate: Estimate) -> "Axes":
+    """How much the recorded quantity changes, in sizes of the noise, if a parameter grows by 1 %,
+    sample by sample.
+    """
+    told = identifiability(estimate)
+    recording = estimate.problem.recording
+    by_times = isinstance(recording, ImpactTimes)
+    at = np.arange(recording.times.shape[0]) if by_times else np.asarray(recording.ts)
+    for name, column, color in zip(
+        told.names, np.asarray(told.sensitivities).T, LAWS, strict=False
+    ):
+        ax.plot(at, 0.01 * column, color=color, linewidth=1, label=name)
+    ax.axhline(0, color="black", linewidth=0.5)
+    ax.set_yscale("symlog", linthresh=0.1)
+    ax.set(xlabel="impact number" if by_times else "time [s]", ylabel="noise sizes per 1 %")
+    ax.legend(
+        frameon=False, fontsize="small", ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0)
+    )
+    return ax

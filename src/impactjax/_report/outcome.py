@@ -1,0 +1,36 @@
+"""How a fit ended, in words."""
+
+import math
+
+import jax.numpy as jnp
+
+from impactjax._fit.estimate import Estimate
+from impactjax._measure.recording import ImpactTimes
+from impactjax._results import RESULTS
+from impactjax._simulate.simulate import simulate
+
+
+def outcome(estimate: Estimate) -> str:
+    """`converged`, or why there is no result to be used."""
+    if bool(estimate.converged):
+        return "converged"
+    if math.isfinite(float(estimate.rms)):
+        return f"not converged after {int(estimate.iterations)} evaluations"
+    return f"not simulated: {RESULTS[_result(estimate)]}"
+
+
+def _result(estimate: Estimate) -> RESULTS:
+    """What becomes of a simulation at the values where the search ended."""
+    problem, system = estimate.problem, estimate.system
+    recording = problem.recording
+    ts = recording.times[-1:] if isinstance(recording, ImpactTimes) else recording.ts
+    return simulate(
+        system.model,
+        system.initial,
+        jnp.asarray(ts) - system.sensor.delay,
+        t0=system.start.t0 - system.sensor.delay,
+        tolerance=problem.simulation.tolerance,
+        max_steps=problem.simulation.max_steps,
+        max_impacts=problem.simulation.max_impacts,
+        step=problem.simulation.step,
+    ).result

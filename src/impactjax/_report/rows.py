@@ -1,0 +1,101 @@
+"""The tables of the report."""
+
+import inspect
+from collections.abc import Sequence
+
+import numpy as np
+
+from impactjax._fit.compare import Fitted
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.laws import NO_LAW
+from impactjax._report.outcome import outcome
+from impactjax._report.units import interval, quoted, shown_unit
+
+_MOST_IMPACTS = 40
+
+Row = dict[str, str]
+
+
+def name_of(fitted: Fitted) -> str:
+    """The law, with dry friction if there is any: "free flight with dry friction"."""
+    law = "free flight" if fitted.law == NO_LAW else fitted.law
+    return f"{law} with dry friction" if fitted.dry_friction else law
+
+
+def law_rows(fits: Sequence[Fitted]) -> list[Row]:
+    """A row a fit, with differences of the criteria to the best."""
+    best = fits[0].estimate
+    unit, factor = shown_unit(best.problem.recording)
+    return [
+        {
+            "law": name_of(fitted),
+            "outcome": outcome(fitted.estimate),
+            "rms": f"{float(fitted.estimate.rms) * factor:.4g} {unit}",
+            "count": str(len(fitted.estimate.names)),
+            "aic": f"{corrected_aic(fitted.estimate) - corrected_aic(best):.1f}",
+            "bic": f"{float(fitted.estimate.bic - best.bic):.1f}",
+        }
+        for fitted in fits
+    ]
+
+
+def corrected_aic(estimate: Estimate) -> float:
+    """Akaike's criterion for few observations, AICc = AIC + 2 k (k + 1)/(n − k − 1)."""
+    n = int(estimate.problem.recording.observations)
+    k = len(estimate.names) + (estimate.system.sensor.variance() is None)
+    return float(estimate.aic) + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else np.inf)
+
+
+def parameter_rows(estimate: Estimate) -> list[Row]:
+    """A row a fitted parameter."""
+    return [
+        {
+            "name": name,
+            "value": quoted(estimate, name),
+            "unit": "" if estimate.units[i] == "1" else estimate.units[i],
+            "interval": interval(
+                float(estimate.low[i]), float(estimate.high[i]), float(estimate.standard_errors[i])
+            ),
+            "verdict": str(estimate.verdict(name)),
+        }
+        for i, name in enumerate(estimate.names)
+    ]
+
+
+def impact_rows(estimate: Estimate) -> list[Row]:
+    """A row an impact of the fitted motion; the first forty."""
+    log = estimate.impacts
+    count = min(int(log.count), _MOST_IMPACTS)
+    mass = float(estimate.system.model.oscillator.mass)
+    rows = []
+    for i in range(count):
+        complete, soft = bool(log.complete[i]), float(log.deepest_penetration[i]) > 0
+        r = float(log.restitution[i])
+        rows.append(
+            {
+                "number": str(i + 1),
+                "time": f"{float(log.time[i]):.4f}",
+                "approach": f"{float(log.approach_speed[i]):.4g}",
+                "separation": f"{float(log.separation_speed[i]):.4g}" if complete else "–",
+                "restitution": f"{r:.4f}" if complete else "–",
+                "lost": f"{100 * (1 - r**2):.1f}" if complete else "–",
+                "duration": f"{1e3 * float(log.duration[i]):.3g}" if complete and soft else "–",
+                "penetration": f"{1e3 * float(log.deepest_penetration[i]):.3g}" if soft else "–",
+                "force": f"{float(log.peak_force[i]) / mass:.3g}" if soft else "–",
+            }
+        )
+    return rows
+
+
+def sources(fits: Sequence[Fitted]) -> list[str]:
+    """Where the equations of the fitted laws come from, as their documentation says."""
+    found = []
+    for fitted in fits:
+        stop = fitted.estimate.problem.system.model.lower
+        if stop is not None:
+            text = inspect.getdoc(type(stop.law)) or ""
+            _, _, source = text.partition("Source: ")
+            if source:
+                first = " ".join(source.split("\n\n")[0].split())
+                found.append(f"{fitted.law}: {first}")
+    return list(dict.fromkeys(found))

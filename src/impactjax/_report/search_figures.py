@@ -1,0 +1,61 @@
+"""Where a search began, and where it ended."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.first_estimates import first_estimates
+from impactjax._measure.recording import ImpactTimes
+from impactjax._report.style import FITTED, OTHER, RECORDED
+from impactjax._report.units import shown_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_SAME = 1.001  # ratio of sums of squares that count as the same minimum
+
+
+def plot_starts(ax: "Axes", estimate: Estimate) -> "Axes":
+    """Rms of the residuals at the end of the search from each start, the best first: a long flat
+    step says that the best minimum is found from almost everywhere. Starts from where nothing could
+    be simulated are left out.
+    """
+    unit, factor = shown_unit(estimate.problem.recording)
+    n = int(estimate.problem.recording.observations)
+    costs = np.asarray(estimate.start_costs)
+    costs = np.sort(costs[np.isfinite(costs)])
+    rms = np.sqrt(2 * costs / n) * factor
+    reached = int(np.sum(costs <= _SAME * costs[0])) if costs.size else 0
+    number = np.arange(1, len(rms) + 1)
+    ax.plot(number, rms, "o-", color=RECORDED, linewidth=1)
+    ax.plot(number[:reached], rms[:reached], "o", color=FITTED)
+    top = 1.2 * rms.max() if rms.size else 1.0
+    ax.set(xlabel="start, in order", ylabel=f"rms residual [{unit}]", ylim=(0, top))
+    ax.set_title(
+        f"{reached} of {estimate.start_costs.shape[0]} starts reach the best", fontsize="medium"
+    )
+    return ax
+
+
+def plot_first_estimates(ax: "Axes", estimate: Estimate) -> "Axes":
+    """The recording with what was found in it before the fit: its impacts, or in a free swing its
+    extremes.
+    """
+    recording = estimate.problem.recording
+    unit, factor = shown_unit(recording)
+    if isinstance(recording, ImpactTimes):
+        ax.vlines(np.asarray(recording.times), 0, 1, color=OTHER)
+        ax.set(xlabel="time [s]", yticks=[], ylabel="impacts heard")
+        return ax
+    model = estimate.problem.system.model
+    gap = 0.0 if model.lower is None else float(model.lower.gap)
+    seen = first_estimates(recording, model.oscillator, gap)
+    ts, values = np.asarray(recording.ts), np.asarray(recording.values) * factor
+    found = np.interp(seen.marks, ts, values)
+    ax.plot(ts, values, color=RECORDED, linewidth=1)
+    ax.plot(seen.marks, found, "v", color=OTHER, markersize=6)
+    what = "extremes" if seen.swings_freely else "impacts"
+    ax.set(xlabel="time [s]", ylabel=f"{recording.quantity.name} [{unit}]")
+    ax.set_title(f"{len(seen.marks)} {what} found", fontsize="medium")
+    return ax

@@ -1,0 +1,118 @@
+"""Residuals beside independent normal noise: textbook formulas, SciPy, and noise of known kinds."""
+
+import functools
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy import stats
+
+import impactjax as ij
+from estimates import line
+
+COUNT = 400
+TS = np.linspace(0.0, 4.0, COUNT)
+
+
+def leaving(left: np.ndarray, impacts: tuple[float, ...] = ()) -> ij.Estimate:
+    """A fit that leaves given residuals, recorded minus fitted, with impacts at given times."""
+    _, estimate = line()
+    recording = ij.Recording(jnp.asarray(TS), jnp.asarray(left), ij.Displacement())
+    slots = estimate.impacts.time.shape[0]
+    times = jnp.zeros(slots).at[: len(impacts)].set(jnp.asarray(impacts, float))
+    return eqx.tree_at(
+        lambda e: (e.problem.recording, e.residuals, e.rms, e.impacts.time, e.impacts.count),
+        estimate,
+        (
+            recording,
+            jnp.asarray(-left),
+            jnp.sqrt(jnp.mean(jnp.asarray(left) ** 2)),
+            times,
+            jnp.asarray(len(impacts), estimate.impacts.count.dtype),
+        ),
+    )
+
+
+@functools.cache
+def white() -> np.ndarray:
+    return 0.1 * np.random.default_rng(4).standard_normal(COUNT)
+
+
+def test_autocorrelation_and_its_test_are_those_of_the_textbook():
+    left = white()
+    found = ij.residuality(leaving(left))
+    centred = left - left.mean()
+    rho = [np.sum(centred[k:] * centred[:-k]) / np.sum(centred**2) for k in range(1, 41)]
+    np.testing.assert_allclose(found.autocorrelation, rho, atol=1e-12)
+    q = COUNT * (COUNT + 2) * np.sum(np.square(rho) / (COUNT - np.arange(1, 41)))
+    np.testing.assert_allclose(found.correlated, stats.chi2.sf(q, 40), rtol=1e-9)
+    np.testing.assert_allclose(found.band, stats.norm.ppf(0.975) / 20, rtol=1e-3)
+
+
+def test_runs_are_counted():
+    left = np.tile([1.0, 2.0, -1.0, 1.0, -3.0], COUNT // 5)
+    found = ij.residuality(leaving(left))
+    assert found.runs == 4 * COUNT // 5
+    n1, n2 = 240, 160
+    expected = 1 + 2 * n1 * n2 / COUNT
+    variance = 2 * n1 * n2 * (2 * n1 * n2 - COUNT) / (COUNT**2 * (COUNT - 1))
+    np.testing.assert_allclose(found.runs_expected, expected)
+    np.testing.assert_allclose(found.runs_deviation, (320 - expected) / np.sqrt(variance))
+
+
+def test_normality_is_that_of_scipy():
+    for left in (white(), white() ** 3):
+        found = ij.residuality(leaving(left))
+        known = np.asarray(stats.jarque_bera(left))[1]
+        np.testing.assert_allclose(found.abnormal, known, rtol=1e-9, atol=1e-300)
+        np.testing.assert_allclose(found.skewness, stats.skew(left), rtol=1e-9)
+        np.testing.assert_allclose(found.excess_kurtosis, stats.kurtosis(left), rtol=1e-9)
+
+
+def test_white_noise_passes_and_filtered_noise_does_not():
+    many = 0.1 * np.random.default_rng(5).standard_normal((100, COUNT))
+    assert sum(bool(ij.residuality(leaving(left)).independent) for left in many) >= 98
+    smooth = (many[:, 1:] + many[:, :-1]) / 2
+    smooth = np.concatenate([many[:, :1], smooth], axis=1)
+    assert not any(bool(ij.residuality(leaving(left)).independent) for left in smooth)
+
+
+def test_what_is_left_after_an_impact_is_seen_there():
+    impacts = (1.0, 2.0, 3.0)
+    left = white().copy()
+    near = (TS >= 2.0) & (TS < 2.25)
+    left[near] *= 5
+    found = ij.residuality(leaving(left, impacts))
+    rms = np.sqrt(np.mean(left**2))
+    for i, begin in enumerate(impacts):
+        window = (begin <= TS) & (begin + 0.25 > TS)
+        expected = np.sqrt(np.mean(left[window] ** 2)) / rms
+        np.testing.assert_allclose(found.after_impacts[i], expected, rtol=1e-9)
+    np.testing.assert_array_equal(found.after_impacts[3:], 0)
+    assert found.after_impacts[1] > 2
+
+
+def test_what_does_not_count_is_left_out():
+    left = white().copy()
+    kept = np.ones(COUNT, bool)
+    kept[50:] = np.random.default_rng(8).random(COUNT - 50) > 0.3
+    left[~kept] = 0.0
+    whole = leaving(left)
+    masked = eqx.tree_at(lambda e: e.problem.recording.valid, whole, jnp.asarray(kept))
+    found = ij.residuality(masked)
+    alone = left[kept]
+    assert int(found.runs) == 1 + np.sum(np.diff(alone > 0))
+    np.testing.assert_allclose(found.skewness, stats.skew(alone), rtol=1e-9)
+    np.testing.assert_allclose(found.excess_kurtosis, stats.kurtosis(alone), rtol=1e-9)
+    np.testing.assert_allclose(found.band, 1.96 / np.sqrt(kept.sum()))
+    assert found.independent
+
+
+def test_jit_and_vmap_change_nothing():
+    both = [leaving(white()), leaving(white()[::-1].copy())]
+    together = jax.tree.map(lambda *x: jnp.stack(x), *[eqx.filter(e, eqx.is_array) for e in both])
+    static = eqx.filter(both[0], eqx.is_array, inverse=True)
+    found = jax.vmap(lambda e: ij.residuality(eqx.combine(e, static)).runs_deviation)(together)
+    alone = [ij.residuality(each).runs_deviation for each in both]
+    np.testing.assert_allclose(found, alone)
