@@ -26,8 +26,14 @@ from impactjax._measure.file_error import FileError as FileError
 from impactjax._measure.low_pass import AbstractLowPass as AbstractLowPass
 from impactjax._measure.low_pass import Butterworth as Butterworth
 from impactjax._measure.quantity import AbstractQuantity as AbstractQuantity
+from impactjax._measure.quantity import Acceleration as Acceleration
 from impactjax._measure.quantity import Angle as Angle
+from impactjax._measure.quantity import AngularAcceleration as AngularAcceleration
+from impactjax._measure.quantity import AngularVelocity as AngularVelocity
+from impactjax._measure.quantity import ContactForce as ContactForce
 from impactjax._measure.quantity import Displacement as Displacement
+from impactjax._measure.quantity import ProperAcceleration as ProperAcceleration
+from impactjax._measure.quantity import Velocity as Velocity
 from impactjax._measure.read_recording import read_recording as read_recording
 from impactjax._measure.recording import ImpactTimes as ImpactTimes
 from impactjax._measure.recording import Recording as Recording

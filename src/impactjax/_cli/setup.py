@@ -14,6 +14,7 @@ from impactjax._fit.oscillators import OSCILLATORS
 from impactjax._fit.release import release
 from impactjax._measure.file_error import FileError
 from impactjax._measure.low_pass import Butterworth
+from impactjax._measure.quantity import ContactForce, ProperAcceleration
 from impactjax._measure.read_recording import File
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._measure.sensor import Sensor
@@ -76,7 +77,10 @@ def _setup(file: File, system: str | None, laws: Sequence[str] | None) -> Setup:
 def _usual_oscillator(file: File) -> str:
     if isinstance(file.recording, ImpactTimes):
         return "bouncing-ball"
-    return "pendulum" if file.recording.quantity.of_angle else "linear-oscillator"
+    quantity = file.recording.quantity
+    if isinstance(quantity, ProperAcceleration | ContactForce):
+        return "bouncing-ball"
+    return "pendulum" if quantity.of_angle else "linear-oscillator"
 
 
 def _check_quantity(file: File, oscillator: str) -> None:
@@ -89,7 +93,7 @@ def _check_quantity(file: File, oscillator: str) -> None:
         return
     quantity = file.recording.quantity
     is_angle = {name: make({}, False).is_angle() for name, make in OSCILLATORS.items()}
-    if is_angle[oscillator] != quantity.of_angle:
+    if quantity.of_angle is not None and is_angle[oscillator] != quantity.of_angle:
         suited = [name for name, angle in is_angle.items() if angle == quantity.of_angle]
         raise FileError(
             file.path,

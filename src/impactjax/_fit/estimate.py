@@ -23,8 +23,8 @@ class Estimate(eqx.Module):
     - `residuals`: simulated minus recorded, in the recording's SI unit; 0 if not valid.
     - `impacts`: the impact log of the fitted system.
     - `rms`: root of the mean square of the residuals.
-    - `aic`, `bic`: information criteria for normal residuals, of unknown size unless the sensor's is
-      known.
+    - `aic`, `bic`: information criteria for normal residuals, of unknown size unless the sensor's
+      is known.
     - `converged`: whether the optimiser came to rest.
     - `iterations`: evaluations it took.
     """
