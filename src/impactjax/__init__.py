@@ -23,6 +23,7 @@ from impactjax._fit.profile import profiled as profiled
 from impactjax._fit.starts import Starts as Starts
 from impactjax._fit.verdict import Verdict as Verdict
 from impactjax._measure.file_error import FileError as FileError
+from impactjax._measure.impulse_response import ImpulseResponse as ImpulseResponse
 from impactjax._measure.low_pass import AbstractLowPass as AbstractLowPass
 from impactjax._measure.low_pass import Butterworth as Butterworth
 from impactjax._measure.quantity import AbstractQuantity as AbstractQuantity

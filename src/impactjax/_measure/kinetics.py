@@ -2,6 +2,7 @@
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractForceLaw, AbstractMemorylessLaw
@@ -59,13 +60,14 @@ def slopes(ts: Samples, values: Samples) -> Samples:
     return jnp.concatenate([between[:1], middle, between[-1:]])
 
 
-def _inertia(model: ImpactOscillator) -> Samples:
+def _inertia(model: ImpactOscillator) -> Float[Array, "..."]:
     return model.oscillator.mass * model.oscillator.lever()
 
 
 def _free(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
     """Acceleration without contact and resistance."""
-    return model.oscillator.acceleration(trajectory.ts, trajectory.position, trajectory.velocity)
+    free = model.oscillator.acceleration(trajectory.ts, trajectory.position, trajectory.velocity)
+    return jnp.broadcast_to(free, trajectory.ts.shape)
 
 
 def _pushes(
@@ -88,8 +90,9 @@ def _pushes(
     return jnp.where(touches, force, 0.0)
 
 
-def _rests(trajectory: Trajectory) -> Samples:
+def _rests(trajectory: Trajectory) -> Bool[Array, " samples"]:
     """Whether the mass lies on a rigid stop."""
     rests, ts = trajectory.rests, trajectory.ts[:, None]
-    happened = jnp.arange(rests.begin.shape[-1]) < rests.count
-    return jnp.any(happened & (rests.begin <= ts) & (ts < rests.end), axis=1)
+    happened = jnp.arange(rests.begin.shape[-1], dtype=rests.count.dtype) < rests.count
+    lasts = (ts < rests.end) | ~rests.released
+    return jnp.any(happened & (rests.begin <= ts) & lasts, axis=1)
