@@ -40,7 +40,7 @@ def main() -> None:
         start = ij.InitialState(math.radians(45))
         trajectory = ij.simulate(model, start, ts, tolerance=1e-12)
         sensor = ij.Sensor(low_pass=ij.Butterworth(50.0, order=2))
-        shown = np.asarray(sensor.shown(trajectory, ij.Angle()))
+        shown = np.asarray(sensor.shown(model, trajectory, ij.Angle()))
         write(name, ts, shown + NOISE * generator.standard_normal(len(ts)), parameters)
 
 

@@ -108,9 +108,10 @@ def test_wrong_orders_are_refused(order):
 
 def test_sensor_is_gain_times_filter_plus_offset():
     ts = jnp.linspace(0.0, 0.1, COUNT)
-    run = ij.simulate(ij.ImpactOscillator(ij.FreeMass()), ij.InitialState(1.0, 2.0), ts)
+    model = ij.ImpactOscillator(ij.FreeMass())
+    run = ij.simulate(model, ij.InitialState(1.0, 2.0), ts)
     sensor = ij.Sensor(3.0, 0.5, 0.02, ij.Butterworth(CUTOFF, order=1))
     late = 1 / (2 * math.pi * CUTOFF)
     expected = 3 * (1 + 2 * (np.asarray(ts) - late)) + 0.5
-    np.testing.assert_allclose(sensor.shown(run, ij.Displacement()), expected, rtol=1e-12)
+    np.testing.assert_allclose(sensor.shown(model, run, ij.Displacement()), expected, rtol=1e-12)
     np.testing.assert_allclose(sensor.sampled(ts), np.asarray(ts) - 0.02, rtol=1e-14)

@@ -13,11 +13,13 @@ from impactjax._fit.laws import LAWS, NO_LAW, USUAL_LAWS
 from impactjax._fit.oscillators import OSCILLATORS
 from impactjax._fit.release import release
 from impactjax._measure.file_error import FileError
+from impactjax._measure.impulse_response import ImpulseResponse
 from impactjax._measure.low_pass import Butterworth
+from impactjax._measure.quantity import ContactForce, ProperAcceleration
 from impactjax._measure.read_recording import File
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._measure.sensor import Sensor
-from impactjax._measure.sidecar import line_of
+from impactjax._measure.sidecar import SensorTable, line_of
 from impactjax._measure.text import read_text
 from impactjax._model.parameter import ranges
 
@@ -64,19 +66,29 @@ def _setup(file: File, system: str | None, laws: Sequence[str] | None) -> Setup:
     if named not in OSCILLATORS:
         raise _in_sidecar(file, "oscillator", f"unknown oscillator `{named}`", list(OSCILLATORS))
     _check_quantity(file, named)
-    own = sidecar.sensor
-    low_pass = None if own.cutoff is None else Butterworth(own.cutoff, order=own.order)
-    sensor = Sensor(own.gain, own.offset, own.delay, low_pass, own.sigma, own.quantisation)
+    sensor = _sensor(sidecar.sensor)
     _check_values(file, named, sensor, laws)
     asked = "dry_friction" in {*sidecar.fixed, *sidecar.fit.free}
     dry_friction = True if asked else sidecar.system.dry_friction
     return Setup(named, dry_friction, sidecar.fixed, sidecar.start, sidecar.fit.free, sensor)
 
 
+def _sensor(own: SensorTable) -> Sensor:
+    low_pass = None
+    if own.cutoff is not None:
+        low_pass = Butterworth(own.cutoff, order=own.order)
+    if own.impulse_response is not None and own.interval is not None:
+        low_pass = ImpulseResponse(jnp.asarray(own.impulse_response), own.interval)
+    return Sensor(own.gain, own.offset, own.delay, low_pass, own.sigma, own.quantisation)
+
+
 def _usual_oscillator(file: File) -> str:
     if isinstance(file.recording, ImpactTimes):
         return "bouncing-ball"
-    return "pendulum" if file.recording.quantity.of_angle else "linear-oscillator"
+    quantity = file.recording.quantity
+    if isinstance(quantity, ProperAcceleration | ContactForce):
+        return "bouncing-ball"
+    return "pendulum" if quantity.of_angle else "linear-oscillator"
 
 
 def _check_quantity(file: File, oscillator: str) -> None:
@@ -89,7 +101,7 @@ def _check_quantity(file: File, oscillator: str) -> None:
         return
     quantity = file.recording.quantity
     is_angle = {name: make({}, False).is_angle() for name, make in OSCILLATORS.items()}
-    if is_angle[oscillator] != quantity.of_angle:
+    if quantity.of_angle is not None and is_angle[oscillator] != quantity.of_angle:
         suited = [name for name, angle in is_angle.items() if angle == quantity.of_angle]
         raise FileError(
             file.path,

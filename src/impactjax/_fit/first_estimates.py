@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
+from impactjax._fit.motion import motion
 from impactjax._measure.recording import AnyRecording, ImpactTimes
 from impactjax._model.bouncing_ball import BouncingBall
 from impactjax._model.linear_oscillator import LinearOscillator
@@ -78,9 +79,8 @@ def first_estimates(
     """First estimates for an oscillator of a given kind, whose known values are kept."""
     if isinstance(recording, ImpactTimes):
         return _from_impact_times(recording, oscillator)
-    valid = np.asarray(recording.valid)
-    ts = np.asarray(recording.ts)
-    values = np.interp(ts, ts[valid], np.asarray(recording.values)[valid]) + gap
+    ts, values = motion(recording, oscillator)
+    values = values + gap
     smooth, noise = _smoothed(values)
     initial = _initial(ts, values, noise, gap)
     contact = np.pi / (_CONTACT_SAMPLES * float(np.median(np.diff(ts))))

@@ -82,7 +82,8 @@ def pose(
     """The problem that `fit` solves; its arguments are those of `fit`."""
     by_times = isinstance(recording, ImpactTimes)
     first = recording.times[0] if isinstance(recording, ImpactTimes) else recording.ts[0]
-    system = System(model, initial, Start(first), Sensor() if sensor is None else sensor)
+    unit = "s" if isinstance(recording, ImpactTimes) else recording.quantity.unit
+    system = System(model, initial, Start(first), Sensor() if sensor is None else sensor, unit)
     known = handles(system)
     for name in (*fixed, *free):
         if name not in known:

@@ -91,7 +91,7 @@ def _of_samples(system: System, recording: Recording, simulation: Simulation) ->
         max_steps=simulation.max_steps,
         max_impacts=simulation.max_impacts,
     )
-    shown = system.sensor.shown(trajectory, recording.quantity)
+    shown = system.sensor.shown(system.model, trajectory, recording.quantity)
     residuals = jnp.where(recording.valid, shown - recording.values, 0.0)
     return Answer(residuals, trajectory.impacts)
 

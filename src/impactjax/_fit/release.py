@@ -3,6 +3,8 @@
 import numpy as np
 
 from impactjax._fit.first_estimates import FirstEstimates
+from impactjax._fit.motion import fall_begins, motion
+from impactjax._measure.quantity import ProperAcceleration
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._model.bouncing_ball import BouncingBall
 from impactjax._model.linear_oscillator import LinearOscillator
@@ -15,14 +17,16 @@ _SHARE = 0.5  # of the record that a hand may take at most
 
 
 def release(recording: AnyRecording, seen: FirstEstimates) -> float | None:
-    """The time from which on a record of angle or displacement obeys the equation of free motion.
+    """The time from which on a record obeys the equation of free motion.
 
     A swing's acceleration is regressed on the terms of that equation, robustly, so that a hand that
     holds or pushes at first does not matter; between impacts it is compared with the equation that
     later flights obey. `None` if the record is free from its start, as far as can be seen, or of
-    another kind. A swing is taken to be free from its first turn after that, since a hand goes away
-    gradually.
+    another kind. An accelerometer shows the fall itself. A swing is taken to be free from its first
+    turn after that, since a hand goes away gradually.
     """
+    if isinstance(recording, Recording) and isinstance(recording.quantity, ProperAcceleration):
+        return fall_begins(recording)
     half = _half_period(recording, seen)
     if half is None or not isinstance(recording, Recording):
         return None
@@ -33,8 +37,7 @@ def release(recording: AnyRecording, seen: FirstEstimates) -> float | None:
     width = max(int(half / 8 / interval), 7) | 1
     if len(ts) < max(_LEAST, 6 * width):
         return None
-    valid = np.asarray(recording.valid)
-    values = np.interp(ts, np.asarray(recording.ts)[valid], np.asarray(recording.values)[valid])
+    values = np.interp(ts, *motion(recording, seen.oscillator))
     place, rate, acceleration = (
         np.asarray(signal.savgol_filter(values, width, 3, deriv=order, delta=interval))
         for order in (0, 1, 2)
@@ -77,7 +80,7 @@ def _half_period(recording: AnyRecording, seen: FirstEstimates) -> float | None:
     if isinstance(oscillator, Pendulum | LinearOscillator):
         return np.pi / float(oscillator.omega_n)
     if isinstance(oscillator, BouncingBall):
-        height = float(np.nanmax(np.asarray(recording.values)))
+        height = float(np.max(motion(recording, oscillator)[1]))
         return 2 * np.sqrt(2 * max(height, 0.0) / float(oscillator.gravity)) or None
     return None
 

@@ -25,12 +25,13 @@ class Start(eqx.Module):
 
 
 class System(eqx.Module):
-    """What a fit is about."""
+    """What a fit is about; `unit` is that of the recording."""
 
     model: ImpactOscillator
     initial: InitialState
     start: Start
     sensor: Sensor
+    unit: str = eqx.field(static=True, default="")
 
 
 class Handle(NamedTuple):
@@ -65,9 +66,12 @@ def handles(system: System) -> dict[str, Handle]:
         if part is not None:
             for name, allowed in ranges(part).items():
                 found[name] = Handle((*place.split("."), name), allowed)
-    for name in ("gap", "lower_gap", "upper_gap", "offset"):
+    for name in ("gap", "lower_gap", "upper_gap"):
         if name in found:
             found[name] = found[name]._replace(allowed=found[name].allowed._replace(unit=unit))
+    found["offset"] = found["offset"]._replace(
+        allowed=found["offset"].allowed._replace(unit=system.unit)
+    )
     return found
 
 

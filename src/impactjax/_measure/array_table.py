@@ -1,5 +1,8 @@
 """From a file of named arrays to a table: NumPy, MATLAB, HDF5 and NetCDF."""
 
+import struct
+import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +13,11 @@ from impactjax._measure.file_error import FileError
 from impactjax._measure.table import Table
 
 _Arrays = dict[str, Any]
+_DAMAGE = (  # what the readers raise for files that are damaged, or hold what they do not know
+    *(OSError, ValueError, TypeError, KeyError, IndexError, EOFError, OverflowError, MemoryError),
+    *(NotImplementedError, AttributeError, AssertionError, struct.error),
+    *(zlib.error, zipfile.BadZipFile, RuntimeError),
+)
 
 
 def read_array_table(path: Path) -> Table:
@@ -51,7 +59,7 @@ def _arrays(path: Path) -> _Arrays:
     kind, read = ("HDF5", _hdf5) if is_hdf5 else _READERS.get(path.suffix.lower(), ("HDF5", _hdf5))
     try:
         return read(path)
-    except (OSError, ValueError, KeyError, EOFError, NotImplementedError, TypeError) as error:
+    except _DAMAGE as error:
         problem = f"it is not a {kind} file that can be read"
         raise FileError(
             path, None, problem, "check that it is complete, or save it anew"
@@ -65,17 +73,19 @@ def _is_matlab_73(path: Path) -> bool:
 
 
 def _npz(path: Path) -> _Arrays:
-    loaded = np.load(path, allow_pickle=False)
-    if isinstance(loaded, np.ndarray):
-        return {path.stem: loaded}
-    with loaded:
-        return dict(loaded)
+    with path.open("rb") as file:
+        loaded = np.load(file, allow_pickle=False)
+        return {path.stem: loaded} if isinstance(loaded, np.ndarray) else dict(loaded)
 
 
 def _matlab(path: Path) -> _Arrays:
     from scipy import io  # only who needs it waits for it
 
-    return {name: a for name, a in io.loadmat(path).items() if not name.startswith("__")}
+    try:
+        held = io.loadmat(path)
+    except io.matlab.MatReadError as error:
+        raise ValueError(str(error)) from error
+    return {name: array for name, array in held.items() if not name.startswith("__")}
 
 
 def _netcdf(path: Path) -> _Arrays:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+_NEAR = 0.02  # of the level
 _SHORTEST = 3  # samples in a row
 _OVERSHOOT = 3.0  # of the motion beyond the level, in the record's smallest steps
 
@@ -9,12 +10,13 @@ _OVERSHOOT = 3.0  # of the motion beyond the level, in the record's smallest ste
 def clipped(values: np.ndarray, level: float | None) -> np.ndarray:
     """Which samples show the instrument's limit instead of the quantity.
 
-    With a known level those at or beyond it, on either side. Otherwise those in a run of equal
+    With a known level those within 2 % of it and beyond, on either side: an instrument's range is
+    a round number, and it is no longer linear just below. Otherwise those in a run of equal
     samples at the record's extreme, if the slopes on both sides say that the motion went on: a
     turn that an encoder's steps made flat goes on by less than a step.
     """
     if level is not None:
-        return np.abs(values) >= level
+        return np.abs(values) >= (1 - _NEAR) * level
     found = np.zeros(len(values), bool)
     for sign in (1.0, -1.0):
         found |= _beyond(sign * values)

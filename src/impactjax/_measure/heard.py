@@ -7,7 +7,10 @@ import numpy as np
 
 _MOST_MISSED, _MOST_FALSE = 3, 3  # in a row
 _PENALTY = 30.0  # of a missed or false time, in squared deviations
-_LEAST_SPREAD = 0.02  # of the logarithm of successive flights' ratios
+_LEAST_SPREAD, _LARGEST_SPREAD = 0.05, 0.2  # of the logarithm of successive flights' ratios
+_QUARTILE = 0.3186  # of the size of a normal deviation
+_LARGEST = 0.1  # logarithm of the ratio: flights do not get longer
+_RATES = 7  # ratios that are tried
 _LEAST_TIMES = 6
 
 
@@ -38,22 +41,28 @@ def heard(times: np.ndarray) -> Heard:
     A flight of a ball takes r times as long as the one before, with an r that changes slowly. Of
     all ways to leave times out as false and to fill impacts in as missed, the one is chosen whose
     squared deviations from that, each in units of the usual spread, and whose corrections, at 30
-    each, sum up to the least (by dynamic programming).
+    each, sum up to the least (by dynamic programming). The usual ratio and its spread are those
+    around which the ratios crowd, so that a third of them may be wrong.
     """
     everything = Heard(times, np.ones(len(times), bool), np.zeros(0))
     if len(times) < _LEAST_TIMES:
         return everything
     logs = np.diff(np.log(np.diff(times)))
-    middle = float(np.median(logs))
-    spread = max(1.4826 * float(np.median(np.abs(logs - middle))), _LEAST_SPREAD)
-    if middle > 0.1 or spread > 0.5:  # nothing like a bouncing ball
+    likely = logs[logs < _LARGEST]
+    if not likely.size:  # nothing like a bouncing ball
         return everything
-    r = math.exp(middle)
-    return _filled(times, _best(times, r, spread), r)
+    rates = np.unique(np.quantile(likely, np.linspace(0.1, 0.9, _RATES)))
+    quartiles = np.quantile(np.abs(logs[:, None] - rates), 0.25, axis=0)
+    spread = max(float(quartiles.min()) / _QUARTILE, _LEAST_SPREAD)
+    if spread > _LARGEST_SPREAD:
+        return everything
+    chains = [(*_best(times, math.exp(rate), spread), math.exp(rate)) for rate in rates.tolist()]
+    _, chain, r = min(chains, key=lambda each: each[0])
+    return _filled(times, chain, r)
 
 
-def _best(times: np.ndarray, r: float, spread: float) -> list[_Flight]:
-    """The chain of flights with the least cost."""
+def _best(times: np.ndarray, r: float, spread: float) -> tuple[float, list[_Flight]]:
+    """The least cost, and the chain of flights that has it."""
     count = len(times)
     costs: dict[_Flight, float] = {}
     before: dict[_Flight, _Flight] = {}
@@ -73,10 +82,13 @@ def _best(times: np.ndarray, r: float, spread: float) -> list[_Flight]:
                 if last is not None:
                     before[flight] = last
                 ending[end].append(flight)
-    chain = [min(costs, key=lambda flight: costs[flight] + _PENALTY * (count - 1 - flight.end))]
+    for flight in costs:
+        costs[flight] += _PENALTY * (count - 1 - flight.end)
+    chain = [min(costs, key=lambda flight: costs[flight])]
+    least = costs[chain[0]]
     while chain[0] in before:
         chain.insert(0, before[chain[0]])
-    return chain
+    return least, chain
 
 
 def _first(times: np.ndarray, flight: _Flight, r: float) -> float:

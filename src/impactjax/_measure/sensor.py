@@ -6,6 +6,7 @@ from jaxtyping import Array, Float
 
 from impactjax._measure.low_pass import AbstractLowPass
 from impactjax._measure.quantity import AbstractQuantity
+from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Ratio, Samples, Time
@@ -39,11 +40,13 @@ class Sensor(eqx.Module):
         converter=as_optional_parameter, default=None
     )
 
-    def shown(self, trajectory: Trajectory, quantity: AbstractQuantity) -> Samples:
+    def shown(
+        self, model: ImpactOscillator, trajectory: Trajectory, quantity: AbstractQuantity
+    ) -> Samples:
         """What the sensor shows of a trajectory that is sampled `delay` before the recording."""
-        values = quantity.value(trajectory)
+        values = quantity.value(model, trajectory)
         if self.low_pass is not None:
-            values = self.low_pass.filtered(trajectory.ts, values, quantity.rate(trajectory))
+            values = self.low_pass.filtered(trajectory.ts, values, quantity.rate(model, trajectory))
         return self.gain * values + self.offset
 
     def floor(self) -> Float[Array, "..."]:

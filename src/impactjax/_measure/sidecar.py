@@ -50,6 +50,8 @@ class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     clip: Positive | None = None
     cutoff: Positive | None = None
     order: Annotated[int, msgspec.Meta(ge=1, le=12)] = 2
+    impulse_response: Annotated[list[Finite], msgspec.Meta(min_length=2)] | None = None
+    interval: Positive | None = None
 
 
 class FitTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -97,6 +99,7 @@ def read_sidecar(path: Path) -> Sidecar:
         sidecar = msgspec.convert(tables, Sidecar)
     except msgspec.ValidationError as error:
         raise _explain(path, text, tables, str(error)) from error
+    _check_sensor(path, text, sidecar.sensor)
     _check_read(path, text, sidecar.read)
     return sidecar
 
@@ -137,6 +140,16 @@ def _wrong_entry(table: dict[str, Any]) -> str:
         except msgspec.ValidationError:
             return name
     raise AssertionError("msgspec found one")
+
+
+def _check_sensor(path: Path, text: str, sensor: SensorTable) -> None:
+    """That a low-pass is given in one way, and wholly."""
+    key, place = "impulse_response", line_of(text, "impulse_response")
+    if (sensor.impulse_response is None) != (sensor.interval is None):
+        place = line_of(text, "interval") if place is None else place
+        raise FileError(path, place, f"`{key}` and `interval` need each other", "give both")
+    if sensor.impulse_response is not None and sensor.cutoff is not None:
+        raise FileError(path, place, f"`{key}` and `cutoff` are two low-passes", "give one of them")
 
 
 def _check_read(path: Path, text: str, read: ReadTable) -> None:

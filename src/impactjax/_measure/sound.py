@@ -36,7 +36,7 @@ def read_onsets(path: Path) -> np.ndarray:
     quiet = float(np.quantile(loudness, 0.1)) + 1e-9 * float(loudness.max())
     novelty = loudness / np.maximum(earlier, max(quiet, 1e-300))
     peaks, _ = signal.find_peaks(novelty, height=_LOUDER, distance=apart)
-    return np.array([_onset(amplitude, peak, 4 * short) for peak in peaks]) / rate
+    return np.array([_onset(amplitude, peak, 4 * short) for peak in peaks.tolist()]) / rate
 
 
 def _onset(amplitude: np.ndarray, peak: int, around: int) -> int:

@@ -12,7 +12,8 @@ def shown_unit(recording: AnyRecording) -> tuple[str, float]:
     """The unit in which a recording is shown, and the factor from SI."""
     if isinstance(recording, ImpactTimes):
         return "ms", 1e3
-    return ("deg", 180 / math.pi) if recording.quantity.of_angle else ("mm", 1e3)
+    quantity = recording.quantity
+    return quantity.shown, 1 / quantity.units[quantity.shown]
 
 
 def quoted(estimate: Estimate, name: str) -> str:

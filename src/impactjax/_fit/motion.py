@@ -1,0 +1,112 @@
+"""The motion behind a record of any quantity, roughly: enough to start a search from."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from impactjax._measure.quantity import (
+    Acceleration,
+    Angle,
+    AngularAcceleration,
+    AngularVelocity,
+    ContactForce,
+    Displacement,
+    Velocity,
+)
+from impactjax._measure.recording import Recording
+from impactjax._model.bouncing_ball import BouncingBall
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.pendulum import STANDARD_GRAVITY
+
+_PULSE = 0.2  # of the greatest value: a contact
+_PEAKED = 4.0  # how much farther a record with contacts goes to one side than to the other
+_FALLS = 0.5  # of gravity: less is felt in free fall
+
+
+def motion(recording: Recording, oscillator: AbstractOscillator) -> tuple[np.ndarray, np.ndarray]:
+    """Times and coordinates behind a recording, gaps filled by straight lines.
+
+    A velocity is integrated; contacts are seen as pulses of acceleration or force, and a parabola
+    is laid between them.
+    """
+    valid = np.asarray(recording.valid)
+    ts = np.asarray(recording.ts)
+    values = np.interp(ts, ts[valid], np.asarray(recording.values)[valid])
+    quantity = recording.quantity
+    if isinstance(quantity, Angle | Displacement):
+        return ts, values
+    if isinstance(quantity, Velocity | AngularVelocity):
+        return ts, _from_velocity(ts, values)
+    if isinstance(quantity, ContactForce):
+        values = values / float(oscillator.mass * oscillator.lever())
+    if isinstance(quantity, Acceleration | AngularAcceleration) and not _is_peaked(values):
+        return ts, _swing(ts, values)
+    return ts, _from_pulses(ts, values, oscillator)
+
+
+def fall_begins(recording: Recording) -> float | None:
+    """When a free fall begins that an accelerometer shows after it was held; `None` if it falls
+    from the start.
+    """
+    ts, values = np.asarray(recording.ts), np.abs(np.asarray(recording.values))
+    falls = values < _FALLS * STANDARD_GRAVITY
+    hit = int(np.argmax(np.where(np.asarray(recording.valid), values, np.inf)))
+    before = np.flatnonzero(falls[:hit])
+    if not before.size:
+        return None
+    end = int(before[-1])
+    held = np.flatnonzero(~falls[:end])
+    return float(ts[held[-1] + 1]) if held.size else None
+
+
+def _is_peaked(values: np.ndarray) -> bool:
+    """Whether a record goes much farther up than down, as the push of a stop does."""
+    middle = float(np.median(values))
+    return float(values.max()) - middle > _PEAKED * (middle - float(values.min()))
+
+
+def _integral(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0.0], np.cumsum(np.diff(ts) * (values[1:] + values[:-1]) / 2)])
+
+
+def _from_velocity(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Place by integration: above the lowest points if it leaves them suddenly, else about zero."""
+    place = _integral(ts, values)
+    jumps = np.diff(values)
+    if not _is_peaked(jumps):
+        return place - np.mean(place)
+    from scipy import signal
+
+    impacts, _ = signal.find_peaks(-place, prominence=0.02 * float(np.ptp(place)))
+    if not impacts.size:
+        return place - place.min()
+    return place - np.interp(ts, ts[impacts], place[impacts])
+
+
+def _swing(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Place of a swing, opposite to its acceleration."""
+    level = values - np.mean(values)
+    crossings = ts[:-1][np.diff(np.sign(level)) != 0]
+    half = float(np.median(np.diff(crossings))) if crossings.size > 1 else float(ts[-1] - ts[0])
+    return -level * (half / np.pi) ** 2
+
+
+def _from_pulses(ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator) -> np.ndarray:
+    """Parabolas between the pulses: of a ball under its gravity, else with the pulses' impulse."""
+    pushed = np.concatenate([[False], values > _PULSE * values.max(), [False]])
+    edges = np.flatnonzero(np.diff(pushed.astype(int)))
+    begins, ends = edges[::2], np.minimum(edges[1::2], len(ts) - 1)
+    gravity = float(oscillator.gravity) if isinstance(oscillator, BouncingBall) else None
+    place = np.zeros(len(ts))
+    impulse = _integral(ts, np.maximum(values, 0))
+    if begins.size and begins[0] > 0:
+        begin, hit = 0, begins[0]
+        fall = ts[hit] - ts[begin]
+        deceleration = gravity or (impulse[ends[0]] - impulse[hit]) / (2 * fall)
+        place[:hit] = deceleration / 2 * (fall**2 - (ts[:hit] - ts[begin]) ** 2)
+    for (_, end), (begin, after) in pairwise(zip(begins, ends, strict=True)):
+        flight = ts[begin] - ts[end]
+        speed = gravity * flight / 2 if gravity else (impulse[after] - impulse[begin]) / 2
+        s = ts[end:begin] - ts[end]
+        place[end:begin] = speed * s * (1 - s / flight)
+    return place
