@@ -3,6 +3,7 @@
 import re
 from html.parser import HTMLParser
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,6 +13,7 @@ import impactjax as ij
 from browser import look, needs_browser
 from estimates import SMALL, line, swing
 from impactjax._report.document import document
+from impactjax._report.outcome import outcome
 from impactjax._report.page import page
 from impactjax._report.units import interval, quoted, with_error
 from impactjax._report.words import sentences
@@ -115,6 +117,36 @@ def test_the_browser_would_complain(tmp_path):
     assert seen.images == [0, 0]
     assert any("oh" in line for line in seen.console)
     assert seen.overflow > 1000
+
+
+def test_a_law_that_failed_says_why():
+    model = ij.ImpactOscillator(ij.LinearOscillator(5.0, 0.01), ij.Stop(ij.Restitution(0.5)))
+    recording = swing().problem.recording
+    inside = ij.InitialState(-1.0)
+    failed = ij.fit(model, recording, initial=inside, fixed=("x0",), simulation=SMALL)
+    assert "The initial position lies inside a rigid stop" in outcome(failed)
+    assert outcome(swing()) == "converged"
+    stopped = ij.LevenbergMarquardt(max_iterations=2)
+    start = ij.InitialState(0.5)
+    early = ij.fit(model, recording, initial=start, optimiser=stopped, simulation=SMALL)
+    assert outcome(early) == "not converged after 2 evaluations"
+
+
+def test_a_value_without_a_scale_of_its_own_is_a_bound():
+    loose = eqx.tree_at(
+        lambda e: (e.values, e.standard_errors, e.low, e.high, e.verdicts),
+        line()[1],
+        (
+            jnp.array([1.1e8, 0.7]),
+            jnp.array([4e11, 0.01]),
+            jnp.array([3.12e4, 0.68]),
+            jnp.array([jnp.inf, 0.72]),
+            jnp.array([ij.Verdict.ONE_SIDED, ij.Verdict.IDENTIFIED], jnp.int32),
+        ),
+    )
+    assert quoted(loose, "x0") == "more than 3.12e+04"
+    assert quoted(loose, "x_dot0") == "0.700 ± 0.010"
+    assert quoted(swing(), "r") == "any value"
 
 
 def test_sentences_say_what_is_open(bounces):

@@ -27,7 +27,7 @@ from impactjax._report.residual_figures import (
     plot_quantiles,
 )
 from impactjax._report.restitution_figure import plot_restitution
-from impactjax._report.rows import impact_rows, law_rows, name_of, parameter_rows, sources
+from impactjax._report.rows import ABSENT, impact_rows, law_rows, name_of, parameter_rows, sources
 from impactjax._report.search_figures import plot_first_estimates, plot_starts
 from impactjax._report.words import residual_sentences, sentences
 
@@ -64,6 +64,7 @@ def _section(name: str, fits: list[Fitted], notes: Sequence[str]) -> dict[str, A
     best = fits[0]
     estimate, law = best.estimate, name_of(best)
     told = identifiability(estimate)
+    impacts = impact_rows(estimate) if best.law != NO_LAW else []
     return {
         "name": name,
         "sentences": [*notes, *sentences(fits)],
@@ -80,7 +81,8 @@ def _section(name: str, fits: list[Fitted], notes: Sequence[str]) -> dict[str, A
         "parameters": [(name_of(each), parameter_rows(each.estimate)) for each in fits],
         "coupling": coupling(told),
         "couplings": _coupling_pictures(name, best),
-        "impacts": impact_rows(estimate) if best.law != NO_LAW else [],
+        "impacts": impacts,
+        "soft": any(row["duration"] != ABSENT for row in impacts),
         "residual_sentences": residual_sentences(estimate),
         "residuals": _residual_pictures(name, best),
         "search": [

@@ -12,6 +12,7 @@ from impactjax._report.outcome import outcome
 from impactjax._report.units import interval, quoted, shown_unit
 
 _MOST_IMPACTS = 40
+ABSENT = "–"  # at a rigid stop, or where a contact outlasts the record
 
 Row = dict[str, str]
 
@@ -76,12 +77,12 @@ def impact_rows(estimate: Estimate) -> list[Row]:
                 "number": str(i + 1),
                 "time": f"{float(log.time[i]):.4f}",
                 "approach": f"{float(log.approach_speed[i]):.4g}",
-                "separation": f"{float(log.separation_speed[i]):.4g}" if complete else "–",
-                "restitution": f"{r:.4f}" if complete else "–",
-                "lost": f"{100 * (1 - r**2):.1f}" if complete else "–",
-                "duration": f"{1e3 * float(log.duration[i]):.3g}" if complete and soft else "–",
-                "penetration": f"{1e3 * float(log.deepest_penetration[i]):.3g}" if soft else "–",
-                "force": f"{float(log.peak_force[i]) / mass:.3g}" if soft else "–",
+                "separation": f"{float(log.separation_speed[i]):.4g}" if complete else ABSENT,
+                "restitution": f"{r:.4f}" if complete else ABSENT,
+                "lost": f"{100 * (1 - r**2):.1f}" if complete else ABSENT,
+                "duration": f"{1e3 * float(log.duration[i]):.3g}" if complete and soft else ABSENT,
+                "penetration": f"{1e3 * float(log.deepest_penetration[i]):.3g}" if soft else ABSENT,
+                "force": f"{float(log.peak_force[i]) / mass:.3g}" if soft else ABSENT,
             }
         )
     return rows
