@@ -18,6 +18,14 @@ from impactjax._fit.compare import compare as compare
 from impactjax._fit.estimate import Estimate as Estimate
 from impactjax._fit.fit import fit as fit
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt as LevenbergMarquardt
+from impactjax._fit.loss import AbstractLoss as AbstractLoss
+from impactjax._fit.loss import Cauchy as Cauchy
+from impactjax._fit.loss import SoftL1 as SoftL1
+from impactjax._fit.loss import Squares as Squares
+from impactjax._fit.loss import StudentT as StudentT
+from impactjax._fit.noise import AbstractNoise as AbstractNoise
+from impactjax._fit.noise import AutoregressiveNoise as AutoregressiveNoise
+from impactjax._fit.noise import WhiteNoise as WhiteNoise
 from impactjax._fit.problem import Simulation as Simulation
 from impactjax._fit.profile import profiled as profiled
 from impactjax._fit.starts import Starts as Starts

@@ -16,7 +16,11 @@ PerParameter = Float[Array, "... parameters"]
 class Estimate(eqx.Module):
     """Parameters with their uncertainty, in the order of `names`.
 
-    - `values`, `standard_errors`: in the parameter's own unit. Residuals count as independent.
+    - `values`, `standard_errors`: in the parameter's own unit.
+    - `inflation`: factor of the errors over those for independent residuals [1].
+    - `freedom`: degrees of freedom of the errors: observations, counted as independent ones, less
+      parameters; infinite if the sensor's noise is known.
+    - `memory`: order of the autoregression that the residuals follow; 0 if they are independent.
     - `low`, `high`: ends of the 95 % interval; a range's end, or infinity, where it is open.
     - `covariance`: of the values.
     - `verdicts`: as `Verdict` numbers.
@@ -28,12 +32,15 @@ class Estimate(eqx.Module):
       sensor's is known.
     - `converged`: whether the optimiser came to rest.
     - `iterations`: evaluations it took.
-    - `start_costs`: half the sum of squares at the end of the search from each start.
+    - `start_costs`: the cost, half the sum of squares, at the end of the search from each start.
     """
 
     problem: Problem
     values: PerParameter
     standard_errors: PerParameter
+    inflation: PerParameter
+    freedom: Float[Array, "..."]
+    memory: Int[Array, "..."]
     low: PerParameter
     high: PerParameter
     covariance: Float[Array, "... parameters parameters"]

@@ -7,6 +7,8 @@ from jax.core import Tracer
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.loss import AbstractLoss, Squares
+from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.problem import Problem, Simulation
 from impactjax._fit.search import best_of, search
 from impactjax._fit.starts import Starts
@@ -29,6 +31,8 @@ def fit(
     starts: Starts = Starts(1),
     optimiser: LevenbergMarquardt = LevenbergMarquardt(),
     simulation: Simulation = Simulation(),
+    loss: AbstractLoss = Squares(),
+    noise: AbstractNoise = AutoregressiveNoise(),
 ) -> Estimate:
     """Least squares between a simulated and a recorded motion, on exact Jacobians.
 
@@ -46,6 +50,9 @@ def fit(
     - `free`: names of parameters to fit although they are usually known.
     - `starts`: from where to search.
     - `optimiser`, `simulation`: how.
+    - `loss`: how much a residual counts: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` where some
+      samples are far off.
+    - `noise`: what the errors assume of the residuals.
 
     **Raises** `ValueError` for a name that the system does not have, and for a recording with fewer
     observations than parameters. A fit that does not converge says so in the estimate.
@@ -58,6 +65,8 @@ def fit(
         fixed=fixed,
         free=free,
         simulation=simulation,
+        loss=loss,
+        noise=noise,
     )
     return solve(problem, starts, optimiser)
 
@@ -78,6 +87,8 @@ def pose(
     fixed: Sequence[str] = (),
     free: Sequence[str] = (),
     simulation: Simulation = Simulation(),
+    loss: AbstractLoss = Squares(),
+    noise: AbstractNoise = AutoregressiveNoise(),
 ) -> Problem:
     """The problem that `fit` solves; its arguments are those of `fit`."""
     by_times = isinstance(recording, ImpactTimes)
@@ -99,4 +110,4 @@ def pose(
             f"The recording has {count} observations, too few for {len(names)} parameters "
             f"({', '.join(names)}); fix some of them."
         )
-    return Problem(system, recording, names, simulation)
+    return Problem(system, recording, names, simulation, loss, noise)

@@ -8,6 +8,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from impactjax._fit.levenberg_marquardt import Quadratic, Vector
+from impactjax._fit.loss import AbstractLoss, Squares
+from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.system import System, handles, replaced
 from impactjax._fit.transform import to_range
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
@@ -36,12 +38,14 @@ class Simulation(eqx.Module):
 
 
 class Problem(eqx.Module):
-    """A recording, a system, and which of its parameters are to be found."""
+    """A recording, a system, which of its parameters are to be found, and what is assumed."""
 
     system: System
     recording: AnyRecording
     names: tuple[str, ...] = eqx.field(static=True)
     simulation: Simulation = Simulation()
+    loss: AbstractLoss = Squares()
+    noise: AbstractNoise = AutoregressiveNoise()
 
     def __check_init__(self) -> None:
         if not self.names:
@@ -60,7 +64,7 @@ class Problem(eqx.Module):
         return jnp.stack([to_range(known[name].allowed, u[i]) for i, name in enumerate(self.names)])
 
     def expand(self, u: Vector) -> Quadratic[Answer]:
-        """The sum of squares around a point."""
+        """The cost around a point."""
 
         def residuals(values: Vector) -> tuple[Residuals, Answer]:
             answer = self.answer(values)
@@ -68,10 +72,11 @@ class Problem(eqx.Module):
 
         values, slopes = jax.jvp(self.values, (u,), (jnp.ones_like(u),))
         jacobian, answer = jax.jacfwd(residuals, has_aux=True)(values)
-        gradient = jacobian.T @ answer.residuals
-        information = jacobian.T @ jacobian
+        weighted = self.loss.weight(answer.residuals)[:, None] * jacobian
+        gradient = weighted.T @ answer.residuals
+        information = weighted.T @ jacobian
         return Quadratic(
-            cost=jnp.sum(answer.residuals**2) / 2,
+            cost=jnp.sum(self.loss.cost(answer.residuals)),
             gradient=gradient * slopes,
             curvature=information * slopes[:, None] * slopes[None, :],
             information=information,

@@ -128,9 +128,8 @@ def _begin(estimate: Estimate, ranges: list[Range], parameter: int, side: int) -
     logarithmic = allowed.excludes_low and allowed.low == 0 and error > centre / 2
     room = (centre - allowed.low) if side < 0 else (allowed.high - centre)
     farthest = math.inf if logarithmic else room / error
-    freedom = int(estimate.problem.recording.observations) - len(estimate.names)
-    known = estimate.problem.system.sensor.variance() is not None
-    limit = float(special.ndtri(0.975) if known else special.stdtrit(freedom, 0.975))
+    limit = float(special.stdtrit(float(estimate.freedom), 0.975))
+    limit *= max(float(estimate.inflation[parameter]), 1.0)
     walk = _Walk(parameter, side, centre, error, logarithmic, farthest, limit)
     walk.done = farthest <= 0 or not math.isfinite(float(estimate.rms))
     return walk
@@ -159,7 +158,7 @@ def _rises(
         costs.append(np.asarray(minima.quadratic.cost))
     squares = 2 * np.concatenate(costs)[: len(walks)]
     n = int(estimate.problem.recording.observations)
-    best = n * float(estimate.rms) ** 2
+    best = 2 * float(np.nanmin(estimate.start_costs))
     known = estimate.problem.system.sensor.variance()
     variance = best / (n - len(estimate.names)) if known is None else float(known)
     excess = (squares - best) / variance

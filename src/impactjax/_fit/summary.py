@@ -8,10 +8,13 @@ from scipy import special
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.levenberg_marquardt import Minimum
+from impactjax._fit.loss import Squares
 from impactjax._fit.problem import Answer, Problem
 from impactjax._fit.system import handles
 from impactjax._fit.verdict import Verdict
+from impactjax._types import Scalar
 
+_LOST = 1e-6  # of a direction's length
 _NORMAL = float(special.ndtri(0.975))
 
 
@@ -26,15 +29,21 @@ def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) ->
     values = problem.values(minimum.u)
     known = problem.system.sensor.variance()
     variance = squares / (n - p) if known is None else known
-    covariance = variance * _inverse(minimum.quadratic.information)
+    stiffness = problem.loss.stiffness(residuals)[:, None]
+    half, informative = _half_inverse(jacobian.T @ (stiffness * jacobian))
+    independent = variance * jnp.eye(p, dtype=values.dtype)
+    assumed = known is not None and isinstance(problem.loss, Squares)
+    correlated, samples = _spread(problem, residuals, n, jacobian @ half)
+    spread, freedom = (independent, jnp.full_like(n, jnp.inf)) if assumed else (correlated, samples)
+    infinite = jnp.diag(jnp.where(informative, 0.0, jnp.inf))
+    covariance = half @ spread @ half.T + infinite
+    plain = variance * jnp.sum(half**2, axis=1)
     errors = jnp.sqrt(jnp.diagonal(covariance))
-    quantiles = special.stdtrit(np.arange(residuals.shape[0] + 1), 0.975)
-    quantile = jnp.asarray(quantiles, errors.dtype)[count - p] if known is None else _NORMAL
-    half = quantile * errors
+    half_width = _quantile(freedom, residuals.shape[0]) * errors
     places = handles(problem.system)
     lowest = jnp.array([places[name].allowed.low for name in problem.names], values.dtype)
     highest = jnp.array([places[name].allowed.high for name in problem.names], values.dtype)
-    low, high = jnp.maximum(values - half, lowest), jnp.minimum(values + half, highest)
+    low, high = jnp.maximum(values - half_width, lowest), jnp.minimum(values + half_width, highest)
     size = squares / n if known is None else known
     likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2
     found = p + (known is None)
@@ -45,11 +54,14 @@ def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) ->
         low=low,
         high=high,
         covariance=covariance,
+        inflation=jnp.where(plain > 0, errors / jnp.sqrt(jnp.where(plain > 0, plain, 1.0)), 1.0),
+        freedom=freedom,
+        memory=problem.noise.order(problem.loss.score(residuals), n),
         verdicts=verdicts(low > lowest, high < highest),
         residuals=residuals,
         jacobian=jacobian,
         impacts=minimum.quadratic.answer.impacts,
-        rms=jnp.sqrt(squares / n),
+        rms=jnp.sqrt(jnp.sum(residuals**2) / n),
         aic=2 * found - 2 * likelihood,
         bic=jnp.log(n) * found - 2 * likelihood,
         converged=minimum.converged,
@@ -64,8 +76,38 @@ def verdicts(below: Array, above: Array) -> Array:
     return jnp.where(below | above, both, Verdict.NOT_IDENTIFIED).astype(jnp.int32)
 
 
-def _inverse(information: Array) -> Array:
-    """The inverse, scaled first; what carries no information at all gets an infinite variance."""
+def _spread(
+    problem: Problem, residuals: Array, n: Scalar, directions: Array
+) -> tuple[Array, Scalar]:
+    """Covariance of the pull along some directions of the residuals, and its degrees of freedom.
+
+    The directions have length one or, where rounding leaves no information, less: what lacks counts
+    as independent. Correlated residuals stand for fewer independent ones, n / κ with κ the mean of
+    their spread along the directions over that of independent ones.
+    """
+    p = directions.shape[1]
+    scores = problem.loss.score(residuals)
+    size = jnp.sum(scores**2) / n
+    lacking = jnp.maximum(1 - jnp.sum(directions**2, axis=0), 0)
+    lost = jnp.diag(jnp.where(lacking > _LOST, lacking, 0.0)) * size
+    spread = problem.noise.spread(scores, n, directions) + lost
+    kappa = jnp.trace(spread) / (p * jnp.where(size > 0, size, 1.0))
+    effective = jnp.maximum(n / jnp.maximum(kappa, 1.0), p + 1.0)
+    return spread * effective / (effective - p), effective - p
+
+
+def _quantile(freedom: Scalar, most: int) -> Scalar:
+    """That of Student's distribution for a 95 % interval."""
+    table = jnp.asarray(special.stdtrit(np.arange(1, most + 1), 0.975), freedom.dtype)
+    row = jnp.clip(jnp.nan_to_num(freedom), 1, most).astype(jnp.int32) - 1
+    return jnp.where(jnp.isfinite(freedom), table[row], _NORMAL)
+
+
+def _half_inverse(information: Array) -> tuple[Array, Array]:
+    """A matrix H with H Hᵀ the inverse, and which parameters carry information at all.
+
+    The information is scaled first; eigenvalues that rounding may have made are raised.
+    """
     diagonal = jnp.diagonal(information)
     informative = diagonal > 0
     scale = jnp.where(informative, jnp.sqrt(jnp.where(informative, diagonal, 1.0)), 1.0)
@@ -73,6 +115,5 @@ def _inverse(information: Array) -> Array:
     scaled = jnp.where(informative[:, None] & informative[None, :], scaled, jnp.eye(len(scale)))
     eigenvalues, vectors = jnp.linalg.eigh(scaled)
     floor = len(scale) * jnp.finfo(scale.dtype).eps
-    inverse = (vectors / jnp.maximum(eigenvalues, floor)) @ vectors.T
-    inverse = inverse / (scale[:, None] * scale[None, :])
-    return inverse + jnp.diag(jnp.where(informative, 0.0, jnp.inf))
+    half = vectors / jnp.sqrt(jnp.maximum(eigenvalues, floor)) / scale[:, None]
+    return jnp.where(informative[:, None], half, 0.0), informative

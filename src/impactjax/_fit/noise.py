@@ -1,0 +1,113 @@
+"""What is assumed of the residuals: how much the values found vary from record to record."""
+
+import abc
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from impactjax._fit.levenberg_marquardt import Matrix
+from impactjax._types import Scalar
+
+Scores = Float[Array, " observations"]
+Jacobian = Float[Array, "observations parameters"]
+
+
+class AbstractNoise(eqx.Module):
+    """A model of the residuals, from which the spread of the estimate's gradient follows."""
+
+    @abc.abstractmethod
+    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+        """How many samples back the residuals remember, as far as the record tells."""
+
+    @abc.abstractmethod
+    def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
+        """Covariance of Jᵀ e, with errors e like the `count` scores that are not zero."""
+
+
+class WhiteNoise(AbstractNoise):
+    """Independent errors of one size: σ² Jᵀ J."""
+
+    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+        del scores, count
+        return jnp.int32(0)
+
+    def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
+        return jnp.sum(scores**2) / count * (jacobian.T @ jacobian)
+
+
+class AutoregressiveNoise(AbstractNoise):
+    """Errors that follow an autoregression, eₜ = Σ aₖ eₜ₋ₖ + white noise, of an order that the
+    residuals themselves tell by the Bayesian criterion; of order zero if they are independent.
+
+    The spread is (1/M) Σ S(ω) J̃* J̃ᵀ over the frequencies of the record, with the spectrum
+    S = σ² / |1 − Σ aₖ exp(−iωk)|². Samples are taken as evenly spaced.
+
+    Source: Levinson's recursion on the autocovariances; the covariance of least squares under
+    correlated errors as in Hannan (1963), "Regression for time series".
+
+    **Arguments:**
+
+    - `most`: the highest order; at most a tenth of the number of samples.
+    """
+
+    most: int = eqx.field(default=24, static=True)
+
+    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+        return self._fitted(scores, count)[0]
+
+    def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
+        _, weights, variance = self._fitted(scores, count)
+        length = 2 * scores.shape[0]
+        spectrum = (
+            variance / jnp.abs(jnp.fft.rfft(jnp.concatenate([jnp.ones(1), -weights]), length)) ** 2
+        )
+        twice = jnp.full_like(spectrum, 2.0).at[0].set(1.0).at[-1].set(1.0)  # ω and −ω
+        transformed = jnp.fft.rfft(jacobian, length, axis=0)
+        weights = (twice * spectrum)[:, None] / length
+        parts = jnp.real(transformed), jnp.imag(transformed)
+        return sum(part.T @ (weights * part) for part in parts)
+
+    def _fitted(self, scores: Scores, count: Scalar) -> tuple[Int[Array, ""], Array, Scalar]:
+        """Order, weights a₁, a₂, ... with zeros beyond the order, and variance σ²."""
+        most = min(self.most, scores.shape[0] // 10)
+        covariances = _autocovariances(scores, count, most)
+        weights, variances = levinson(covariances)
+        orders = jnp.arange(most + 1, dtype=scores.dtype)
+        tiny = jnp.finfo(scores.dtype).tiny
+        criterion = count * jnp.log(jnp.maximum(variances, tiny)) + jnp.log(count) * orders
+        best = jnp.argmin(criterion).astype(jnp.int32)
+        return best, weights[best], variances[best]
+
+
+def _autocovariances(scores: Scores, count: Scalar, most: int) -> Float[Array, " lags"]:
+    """At lags from 0 to `most`; divided by one number, so that no spectrum becomes negative."""
+    length = scores.shape[0]
+    power = jnp.abs(jnp.fft.rfft(scores, 2 * length)) ** 2
+    return jnp.fft.irfft(power, 2 * length)[: most + 1] / count
+
+
+def levinson(
+    covariances: Float[Array, " lags"],
+) -> tuple[Float[Array, "orders weights"], Float[Array, " orders"]]:
+    """Autoregressions of all orders from zero, by Levinson's recursion: weights and variances."""
+    most = covariances.shape[0] - 1
+    weights = jnp.zeros(most, covariances.dtype)
+    variance = covariances[0]
+    rows, variances = [weights], [variance]
+    for k in range(1, most + 1):
+        explained = weights[: k - 1] @ covariances[1:k][::-1]
+        reflection = (covariances[k] - explained) / jnp.where(variance > 0, variance, 1.0)
+        turned = weights[: k - 1] - reflection * weights[: k - 1][::-1]
+        weights = weights.at[: k - 1].set(turned).at[k - 1].set(reflection)
+        variance = variance * (1 - reflection**2)
+        rows.append(weights)
+        variances.append(variance)
+    return jnp.stack(rows), jnp.stack(variances)
+
+
+def whitened(scores: Scores, weights: Float[Array, " lags"]) -> Scores:
+    """What an autoregression does not foresee: eₜ − Σ aₖ eₜ₋ₖ."""
+    kernel = jnp.concatenate([jnp.ones(1, scores.dtype), -weights])
+    return jax.scipy.signal.convolve(scores, kernel)[: scores.shape[0]]

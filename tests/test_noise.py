@@ -1,0 +1,108 @@
+"""Errors under correlated residuals and under outliers: their promise, over many replicates."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy import linalg, signal
+
+import impactjax as ij
+from impactjax._fit.noise import levinson
+
+TS = np.linspace(0.0, 1.0, 201)
+X0, SPEED, SIZE = 0.3, 1.5, 2e-3
+REPLICATES = 800
+
+
+def correlated(count: int, share: float) -> np.ndarray:
+    """An autoregression of first order whose values have the size SIZE."""
+    rng = np.random.default_rng(3)
+    white = rng.standard_normal((count, len(TS) + 500)) * SIZE * np.sqrt(1 - share**2)
+    return signal.lfilter([1.0], [1.0, -share], white, axis=1)[:, 500:]
+
+
+def lines(errors: np.ndarray, **how) -> ij.Estimate:
+    """A free mass fitted to straight lines with noise, all at once."""
+
+    def one(values):
+        recording = ij.Recording(jnp.asarray(TS), values, ij.Displacement())
+        model = ij.ImpactOscillator(ij.FreeMass())
+        return ij.fit(model, recording, initial=ij.InitialState(0.2, 1.0), **how)
+
+    return jax.jit(jax.vmap(one))(jnp.asarray(X0 + SPEED * TS + errors))
+
+
+def coverage(found: ij.Estimate) -> np.ndarray:
+    truth = np.array([X0, SPEED])
+    return np.mean((found.low <= truth) & (truth <= found.high), axis=0)
+
+
+def test_levinson_solves_the_yule_walker_equations():
+    covariances = 0.8 ** np.arange(6) + 0.1 * np.cos(np.arange(6))
+    weights, variances = levinson(jnp.asarray(covariances))
+    for order in range(1, 6):
+        expected = linalg.solve_toeplitz(covariances[:order], covariances[1 : order + 1])
+        np.testing.assert_allclose(weights[order, :order], expected, rtol=1e-10)
+        left = covariances[0] - expected @ covariances[1 : order + 1]
+        np.testing.assert_allclose(variances[order], left, rtol=1e-10)
+        assert not np.any(weights[order, order:])
+
+
+def test_spread_is_that_of_the_autocovariances():
+    """Jᵀ Ω J with the Toeplitz matrix of the fitted autoregression, summed term by term."""
+    scores = jnp.asarray(correlated(1, 0.7)[0])
+    jacobian = np.stack([np.ones(len(TS)), TS], axis=1)
+    noise = ij.AutoregressiveNoise(most=1)
+    count = jnp.asarray(float(len(TS)))
+    assert noise.order(scores, count) == 1
+    lagged = np.array([scores[k:] @ scores[: len(scores) - k] for k in (0, 1)]) / len(scores)
+    share = lagged[1] / lagged[0]
+    omega = linalg.toeplitz(lagged[0] * share ** np.arange(len(TS)))
+    expected = jacobian.T @ omega @ jacobian
+    found = noise.spread(scores, count, jnp.asarray(jacobian))
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
+
+
+def test_white_residuals_are_taken_as_white():
+    rng = np.random.default_rng(1)
+    found = lines(SIZE * rng.standard_normal((REPLICATES, len(TS))))
+    assert np.mean(found.memory == 0) > 0.95
+    assert np.all(np.abs(coverage(found) - 0.95) < 0.025)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.75])
+def test_intervals_keep_their_promise_under_correlated_noise(share):
+    noise = correlated(REPLICATES, share)
+    found = lines(noise)
+    assert np.all((coverage(found) > 0.92) & (coverage(found) < 0.98))
+    empirical = np.std(found.values, axis=0)
+    np.testing.assert_allclose(np.median(found.standard_errors, axis=0), empirical, rtol=0.15)
+
+
+def test_errors_of_white_noise_are_too_small_for_correlated_noise():
+    found = lines(correlated(REPLICATES, 0.9), noise=ij.WhiteNoise())
+    assert np.all(coverage(found) < 0.6)
+
+
+@pytest.mark.parametrize("loss", [ij.SoftL1(SIZE), ij.Cauchy(2 * SIZE), ij.StudentT(SIZE)])
+def test_outliers_hardly_count_in_a_robust_fit(loss):
+    rng = np.random.default_rng(2)
+    noise = SIZE * rng.standard_normal((REPLICATES, len(TS)))
+    noise += np.where(rng.random(noise.shape) < 0.1, 30 * SIZE * rng.random(noise.shape), 0.0)
+    robust, plain = lines(noise, loss=loss), lines(noise)
+    truth = np.array([X0, SPEED])
+    worst = np.sqrt(np.mean((plain.values - truth) ** 2, axis=0))
+    error = np.sqrt(np.mean((robust.values - truth) ** 2, axis=0))
+    assert np.all(error < worst / 3)
+    spread = np.std(robust.values, axis=0)
+    np.testing.assert_allclose(np.median(robust.standard_errors, axis=0), spread, rtol=0.1)
+
+
+@pytest.mark.parametrize("loss", [ij.Squares(), ij.SoftL1(0.3), ij.Cauchy(0.3), ij.StudentT(0.3)])
+def test_losses_are_squares_for_small_residuals(loss):
+    small, large = jnp.array([0.0, 1e-5]), jnp.array([3.0])
+    np.testing.assert_allclose(loss.cost(small), small**2 / 2, atol=1e-18)
+    np.testing.assert_allclose(loss.weight(small), 1.0, atol=1e-7)
+    expected = (loss.cost(large + 1e-6) - loss.cost(large - 1e-6)) / 2e-6
+    np.testing.assert_allclose(loss.score(large), expected, rtol=1e-8)
+    assert isinstance(loss, ij.Squares) or loss.weight(large)[0] < 0.2
