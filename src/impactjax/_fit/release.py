@@ -34,7 +34,7 @@ def release(recording: AnyRecording, seen: FirstEstimates) -> float | None:
 
     ts = np.linspace(float(recording.ts[0]), float(recording.ts[-1]), recording.ts.shape[0])
     interval = ts[1] - ts[0]
-    width = max(int(half / 8 / interval), 7) | 1
+    width = max(int(half / 5 / interval), 7) | 1
     if len(ts) < max(_LEAST, 6 * width):
         return None
     values = np.interp(ts, *motion(recording, seen.oscillator))
@@ -107,12 +107,15 @@ def _restoring(seen: FirstEstimates, place: np.ndarray) -> np.ndarray:
 
 
 def _left(values: np.ndarray, terms: np.ndarray, used: np.ndarray) -> np.ndarray:
-    """What a regression by least absolute deviations leaves, everywhere."""
-    weights = np.ones(np.count_nonzero(used))
+    """What a regression leaves, everywhere, that leaves out what does not belong.
+
+    It starts from the later part of what is used, where no hand is, and lets in what agrees.
+    """
+    agrees = used & (np.cumsum(used) > _SHARE * np.count_nonzero(used))
     left = values
-    for _ in range(40):
-        factors, *_ = np.linalg.lstsq(terms[used] * weights[:, None], values[used] * weights)
+    for _ in range(10):
+        factors, *_ = np.linalg.lstsq(terms[agrees], values[agrees])
         left = values - terms @ factors
-        sizes = np.abs(left[used])
-        weights = 1 / np.sqrt(np.maximum(sizes, 0.1 * np.median(sizes) + 1e-300))
+        usual = np.median(np.abs(left[agrees])) / 0.6745
+        agrees = used & (np.abs(left) <= _FREE * usual)
     return left
