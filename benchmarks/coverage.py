@@ -4,8 +4,8 @@
         [--starts 1.5]
 
 A JSON line a law: for each parameter, the share of 95 % intervals that hold the truth among the
-fits whose verdict on it is "identified", how many these are, and the same for errors that take the
-residuals as independent; the share of fits that end at the optimum found from the truth; and the
+fits whose verdict on it is "identified", how many these are, the share among all fits, and that of
+errors that take the residuals as independent; the share of fits that end at the optimum found from the truth; and the
 time of a fit.
 """
 
@@ -148,6 +148,7 @@ def study(name: str, count: int, kind: str, factor: float, seed: int = 0) -> dic
         parameters[parameter] = {
             "identified": int(counts.sum()),
             "covered": round(float(inside[counts].mean()), 4) if counts.any() else None,
+            "covered_of_all": round(float(inside.mean()), 4),
             "covered_if_white": round(float(plain[counts].mean()), 4) if counts.any() else None,
         }
     return {

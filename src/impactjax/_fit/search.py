@@ -11,6 +11,7 @@ from impactjax._fit.system import handles
 from impactjax._fit.transform import farthest_move
 
 _EARLY = 1e-3  # relative decrease at which a part of the record is fitted well enough
+_FLAT = 0.1  # slope, relative to that at the start, below which a parameter starts anew
 
 Lanes = Float[Array, "lanes parameters"]
 Active = Bool[Array, " parameters"]
@@ -29,18 +30,24 @@ def search(
     parts = jnp.stack([problem.recording.first(share).valid for share in optimiser.horizons])
     reductions = jnp.full(len(parts), _EARLY, lanes.dtype).at[-1].set(optimiser.reduction)
 
-    def one(u: Vector, on: Active) -> Minimum[Answer]:
+    def one(start: Vector, on: Active) -> Minimum[Answer]:
         def fit_part(u: Vector, part: tuple[Array, Array]) -> tuple[Vector, Minimum[Answer]]:
             valid, reduction = part
+            u = jnp.where(_slopes(problem, u) < _FLAT * _slopes(problem, start), start, u)
             own = eqx.tree_at(lambda each: each.recording.valid, problem, valid)
             minimum = minimise(optimiser, own.expand, u, on, reach, reduction)
             return minimum.u, minimum
 
-        _, minima = jax.lax.scan(fit_part, u, (parts, reductions))
+        _, minima = jax.lax.scan(fit_part, start, (parts, reductions))
         last = jax.tree.map(lambda x: x[-1], minima)
         return eqx.tree_at(lambda each: each.iterations, last, jnp.sum(minima.iterations))
 
     return jax.vmap(one)(lanes, active)
+
+
+def _slopes(problem: Problem, u: Vector) -> Vector:
+    """Of the natural values: flat at the end of a range, which no search would leave again."""
+    return jnp.abs(jax.jvp(problem.values, (u,), (jnp.ones_like(u),))[1])
 
 
 @eqx.filter_jit
