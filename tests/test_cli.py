@@ -76,7 +76,7 @@ def test_simulate_writes_what_it_was_asked_for(simulated):
 
 def test_the_document_keeps_the_contract(found, simulated):
     document = found.document
-    assert set(document) == {"recording", "fits", "versions", "seed"}
+    assert set(document) == {"recording", "fits", "versions", "notes", "seed"}
     assert document["recording"] == str(simulated)
     assert document["seed"] == 11
     assert document["versions"]["impactjax"] == importlib.metadata.version("impactjax")

@@ -28,7 +28,7 @@ def test_three_pendulum_runs_agree_with_the_hand_found_and_the_offset_fitted(tmp
     assert all(fit["parameters"]["offset"]["verdict"] == "identified" for fit in fits)
     for (note,), let_go in zip(found.document["notes"].values(), (0.77, 0.65, 0.48), strict=True):
         assert "hand" in note
-        assert float(note.split("follows ")[1].split()[0]) == pytest.approx(let_go, abs=0.06)
+        assert float(note.split("only ")[1].split()[0]) == pytest.approx(let_go, abs=0.06)
         assert note in " ".join(found.stdout.split())
 
 
@@ -56,9 +56,11 @@ def test_a_clipped_landing_gives_bounds_and_no_nonsense(tmp_path):
         tmp_path,
         *(REAL / "phone_drop" / "fall_10_raw.csv", "--sidecar", SIDECARS / "phone_drop.toml"),
     )
-    ((note,),) = found.document["notes"].values()
-    assert note.startswith("4 of 150 samples are clipped")
-    assert found.best["n_samples"] == 146
+    ((clipped, dropped),) = found.document["notes"].values()
+    assert clipped.startswith("4 of 1388 samples are clipped")
+    assert "only 2.741 to 3.5" in dropped
+    assert "fall from rest" in dropped
+    assert 140 < found.best["n_samples"] < 150
     assert found.parameter("x0")["value"] == pytest.approx(2.09, abs=0.05)
     low, _ = found.parameter("omega0")["interval95"]
     assert 0 <= low < found.parameter("omega0")["value"] < 100
@@ -67,4 +69,5 @@ def test_a_clipped_landing_gives_bounds_and_no_nonsense(tmp_path):
 def test_read_recording_tells_what_was_left_out():
     file = ij.read_recording(REAL / "phone_drop" / "fall_10_raw.csv", SIDECARS / "phone_drop.toml")
     assert isinstance(file.recording, ij.Recording)
-    assert int(file.recording.observations) == 146
+    assert int(file.recording.observations) == 1388 - 4
+    assert file.notes == ("4 of 1388 samples are clipped and left out.",)

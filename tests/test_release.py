@@ -38,7 +38,9 @@ def found(ts, values, noise, oscillator=None):
     noisy = values + noise * np.random.default_rng(8).standard_normal(len(ts))
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(noisy), ij.Angle())
     seen = first_estimates(recording, oscillator or ij.Pendulum(10.0, length=0.07))
-    return release(recording, seen)
+    free = release(recording, seen)
+    assert free is None or free[1] == pytest.approx(ts[-1])
+    return None if free is None else free[0]
 
 
 NOISES = [0.02 * DEGREE, 0.2 * DEGREE]
@@ -83,15 +85,16 @@ def test_a_free_fall_onto_a_stop_is_left_whole(first, noise):
     assert found(TS[:1400], bouncing(TS[:1400], first), noise) is None
 
 
-def test_an_accelerometer_shows_when_it_falls():
+def test_an_accelerometer_shows_fall_and_landing():
     ts = np.arange(800) / 200
     felt = np.where(ts < 2.0, 9.8, np.where(ts < 2.6, 0.3, 9.8))
-    felt[520:530] = 150.0
+    felt[520:530], felt[530:540] = 150.0, 1.0
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(felt), ij.ProperAcceleration())
-    assert release(recording, first_estimates(recording, ij.BouncingBall())) == 2.0
-    falling = recording.since(2.0)
+    free = release(recording, first_estimates(recording, ij.BouncingBall()))
+    assert free == pytest.approx((2.0, 2.65 + 0.055))
+    falling = recording.between(2.0, 2.706)
     assert release(falling, first_estimates(falling, ij.BouncingBall())) is None
-    assert falling.ts.shape == (400,)
+    assert falling.ts.shape == (142,)
 
 
 def test_impact_times_and_short_records_have_no_hand():

@@ -54,7 +54,8 @@ def fit_command(
     """Fit contact laws to a recording, with 95 % intervals and verdicts.
 
     The file has a header that names quantity and unit, "time [s], angle [deg]", or is a list of
-    "impact time [s]". A file NAME.toml beside NAME.csv may say what is known of the experiment.
+    "impact time [s]", or a sound (WAV) of bounces; NumPy, MATLAB, HDF5 and NetCDF files will do
+    too. A file NAME.toml beside it may say what is known of the experiment.
     Without --law, the usual ones are compared; without --system, it follows from the quantity.
 
     \b

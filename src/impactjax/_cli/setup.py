@@ -40,22 +40,32 @@ class Task(NamedTuple):
 def task_of(file: File, system: str | None, laws: Sequence[str] | None) -> Task:
     """What the sidecar and the command line ask for. Raises `FileError`."""
     setup = _setup(file, system, laws)
-    recording, notes = _released(file, setup)
+    recording, setup, notes = _released(file, setup)
     return Task(file.path, recording, setup, _laws(file, recording, setup, laws), notes)
 
 
-def _released(file: File, setup: Setup) -> tuple[AnyRecording, tuple[str, ...]]:
-    """The recording from where a hand lets go, unless the sidecar says which part to use."""
+def _released(file: File, setup: Setup) -> tuple[AnyRecording, Setup, tuple[str, ...]]:
+    """The recording from where a hand lets go, unless the sidecar says which part to use.
+
+    What an accelerometer shows to be dropped starts from rest, which nothing else in its record
+    could tell.
+    """
     recording = file.recording
-    if file.sidecar.read.window is None and isinstance(recording, Recording):
-        begin = release(recording, first_sight(recording, setup))
-        if begin is not None:
-            note = (
-                f"A hand seems to hold or push at first: only what follows {begin:.3f} s is fitted "
-                "(`window` under [read] in the sidecar decides otherwise)."
-            )
-            return recording.since(begin), (*file.notes, note)
-    return recording, file.notes
+    if file.sidecar.read.window is not None or not isinstance(recording, Recording):
+        return recording, setup, file.notes
+    free = release(recording, first_sight(recording, setup))
+    if free is None:
+        return recording, setup, file.notes
+    begin, end = free
+    note = (
+        f"A hand seems to hold or push at first: only {begin:.3f} to {end:.3f} s is fitted "
+        "(`window` under [read] in the sidecar decides otherwise)."
+    )
+    dropped = isinstance(recording.quantity, ProperAcceleration)
+    if dropped and "x_dot0" not in {*setup.start, *setup.fixed, *setup.free}:
+        setup = setup._replace(fixed={**setup.fixed, "x_dot0": 0.0})
+        note = f"{note} It is taken to fall from rest."
+    return recording.between(begin, end), setup, (*file.notes, note)
 
 
 def _setup(file: File, system: str | None, laws: Sequence[str] | None) -> Setup:

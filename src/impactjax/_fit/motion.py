@@ -44,19 +44,23 @@ def motion(recording: Recording, oscillator: AbstractOscillator) -> tuple[np.nda
     return ts, _from_pulses(ts, values, oscillator)
 
 
-def fall_begins(recording: Recording) -> float | None:
-    """When a free fall begins that an accelerometer shows after it was held; `None` if it falls
-    from the start.
+def fall(recording: Recording) -> tuple[float, float] | None:
+    """From where to where an accelerometer that was held first shows a free fall and the landing;
+    `None` if it falls from the start. What follows a landing is left out: who knows how it tumbles.
     """
     ts, values = np.asarray(recording.ts), np.abs(np.asarray(recording.values))
-    falls = values < _FALLS * STANDARD_GRAVITY
-    hit = int(np.argmax(np.where(np.asarray(recording.valid), values, np.inf)))
+    falls = (values < _FALLS * STANDARD_GRAVITY) & np.asarray(recording.valid)
+    hit = int(np.argmax(values))
     before = np.flatnonzero(falls[:hit])
     if not before.size:
         return None
-    end = int(before[-1])
-    held = np.flatnonzero(~falls[:end])
-    return float(ts[held[-1] + 1]) if held.size else None
+    touch = int(before[-1])
+    held = np.flatnonzero(~falls[:touch])
+    if not held.size:
+        return None
+    after = np.flatnonzero(falls[hit:])
+    left = hit + int(after[0]) if after.size else len(ts) - 1
+    return float(ts[held[-1] + 1]), float(min(2 * ts[left] - ts[touch], ts[-1]))
 
 
 def _is_peaked(values: np.ndarray) -> bool:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from impactjax._fit.first_estimates import FirstEstimates
-from impactjax._fit.motion import fall_begins, motion
+from impactjax._fit.motion import fall, motion
 from impactjax._measure.quantity import ProperAcceleration
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._model.bouncing_ball import BouncingBall
@@ -16,17 +16,17 @@ _HELD, _FREE = 8.0, 3.0  # unexplained accelerations, in their usual size
 _SHARE = 0.5  # of the record that a hand may take at most
 
 
-def release(recording: AnyRecording, seen: FirstEstimates) -> float | None:
-    """The time from which on a record obeys the equation of free motion.
+def release(recording: AnyRecording, seen: FirstEstimates) -> tuple[float, float] | None:
+    """From where to where [s] a record obeys the equation of free motion, after a hand let go.
 
     A swing's acceleration is regressed on the terms of that equation, robustly, so that a hand that
     holds or pushes at first does not matter; between impacts it is compared with the equation that
     later flights obey. `None` if the record is free from its start, as far as can be seen, or of
-    another kind. An accelerometer shows the fall itself. A swing is taken to be free from its first
-    turn after that, since a hand goes away gradually.
+    another kind. An accelerometer shows the fall itself and is used up to the landing. A swing is
+    taken to be free from its first turn after that, since a hand goes away gradually.
     """
     if isinstance(recording, Recording) and isinstance(recording.quantity, ProperAcceleration):
-        return fall_begins(recording)
+        return fall(recording)
     half = _half_period(recording, seen)
     if half is None or not isinstance(recording, Recording):
         return None
@@ -53,7 +53,7 @@ def release(recording: AnyRecording, seen: FirstEstimates) -> float | None:
     if seen.swings_freely:
         turns = np.flatnonzero(np.diff(np.sign(rate[begin:])) != 0)
         begin += int(turns[0]) if turns.size else 0
-    return float(ts[begin])
+    return float(ts[begin]), float(ts[-1])
 
 
 def _derivatives(

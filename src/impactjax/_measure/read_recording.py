@@ -16,7 +16,6 @@ from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._measure.sidecar import Sidecar, read_sidecar
 from impactjax._measure.sound import read_onsets
 from impactjax._measure.table import Table, numbers, numbers_and_gaps
-from impactjax._measure.text import check_is_file
 from impactjax._measure.text_table import read_text_table
 from impactjax._measure.thin import MOST, averaged, blurs, group_size
 
@@ -60,7 +59,6 @@ def read_recording(path: Path, sidecar_path: Path | None = None) -> File:
 
 def _table(path: Path, skip_rows: int) -> Table:
     if path.suffix.lower() in ARRAY_SUFFIXES and path.is_file():
-        check_is_file(path)
         return read_array_table(path)
     return read_text_table(path, skip_rows)
 

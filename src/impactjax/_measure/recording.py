@@ -39,9 +39,9 @@ class Recording(eqx.Module):
         self.quantity = quantity
         self.valid = jnp.ones(values.shape, bool) if valid is None else valid
 
-    def since(self, time: float) -> "Recording":
-        """The samples from a time [s] on."""
-        kept = self.ts >= time
+    def between(self, begin: float, end: float) -> "Recording":
+        """The samples from one time to another [s]."""
+        kept = (self.ts >= begin) & (self.ts <= end)
         return Recording(self.ts[kept], self.values[kept], self.quantity, self.valid[kept])
 
     def first(self, share: float) -> "Recording":
