@@ -85,7 +85,7 @@ def test_offset_is_fitted_if_free():
     """A swing about a wrong zero."""
     ts = jnp.linspace(0.0, 2.0, 101)
     model = ij.ImpactOscillator(ij.LinearOscillator(6.0, 0.05))
-    run = ij.simulate(model, ij.InitialState(0.3), ts, max_steps=64)
+    run = ij.simulate(model, ij.InitialState(0.3), ts)
     recording = ij.Recording(ts, 1.5 * run.position + 0.02, ij.Displacement())
     found = ij.fit(
         ij.ImpactOscillator(ij.LinearOscillator(5.8, 0.04)),

@@ -1,5 +1,6 @@
 """Nonlinear least squares by Levenberg and Marquardt, as a function that `jit` and `vmap` take."""
 
+import itertools
 from collections.abc import Callable
 from typing import Generic, NamedTuple, TypeVar
 
@@ -23,11 +24,23 @@ class LevenbergMarquardt(eqx.Module):
     - `max_iterations`: evaluations of residuals and Jacobian.
     - `reduction`: relative decrease of the sum of squares below which it has converged.
     - `damping`: first damping, relative to the curvature.
+    - `horizons`: parts of the record, as fractions of it, that are fitted one after the other, each
+      from where the last one ended; the last is the whole. Over a short time a motion far from the
+      recorded one has not yet lost its phase: a search from afar ends at the right minimum.
     """
 
     max_iterations: int = eqx.field(default=60, static=True)
     reduction: float = eqx.field(default=1e-8, static=True)
     damping: float = eqx.field(default=1e-3, static=True)
+    horizons: tuple[float, ...] = eqx.field(default=(0.25, 0.5, 1.0), static=True)
+
+    def __check_init__(self) -> None:
+        rising = all(a < b for a, b in itertools.pairwise((0.0, *self.horizons)))
+        if not (rising and self.horizons and self.horizons[-1] == 1):
+            raise ValueError(
+                "Argument `horizons` must rise from above 0 to 1, such as (0.25, 0.5, 1.0), but it "
+                f"is {self.horizons}."
+            )
 
 
 class Quadratic(eqx.Module, Generic[T]):
@@ -62,8 +75,11 @@ def minimise(
     start: Vector,
     active: Bool[Array, " parameters"],
     reach: Vector,
+    reduction: Scalar,
 ) -> Minimum:
     """The minimum near `start` over the parameters that are `active`; the others stay.
+
+    It is found when the cost falls by less than `reduction`, relative.
 
     No parameter moves farther than its `reach` at once, and one that is not felt over its reach
     stays for the moment. A point whose cost is not finite is never accepted.
@@ -84,7 +100,7 @@ def minimise(
         best = state.best
         begins = best.iterations == 0
         felt = jnp.diagonal(best.quadratic.curvature) * reach**2
-        moving = active & (felt > settings.reduction * best.quadratic.cost)
+        moving = active & (felt > reduction * best.quadratic.cost)
         move = jnp.where(begins, 0.0, _move(best.quadratic, state.damping, moving, reach))
         trial = expand(best.u + move)
         predicted = _predicted(best.quadratic, move)
@@ -92,7 +108,7 @@ def minimise(
         accepted = jnp.isfinite(trial.cost) & (gained > 0)
         ratio = gained / jnp.where(predicted > 0, predicted, 1.0)
         easier = jnp.maximum(1 / 3, 1 - (2 * ratio - 1) ** 3)
-        small = settings.reduction * best.quadratic.cost
+        small = reduction * best.quadratic.cost
         flat = ~begins & (predicted <= small) & (jnp.where(accepted, gained, 0.0) <= small)
         chosen = jax.tree.map(
             lambda new, old: jnp.where(accepted, new, old),

@@ -36,6 +36,9 @@ def profiled(
     - `optimiser`: for the refits.
     - `lanes`: how many refits run at once.
     """
+    whole = dataclasses.replace(
+        optimiser, horizons=(1.0,)
+    )  # the others start close to their places
     ranges = [handles(estimate.problem.system)[name].allowed for name in estimate.names]
     walks = [_begin(estimate, ranges, j, side) for j in range(len(ranges)) for side in (-1, 1)]
     for _ in range(_ROUNDS):
@@ -43,7 +46,7 @@ def profiled(
         if not going:
             break
         held = [walk.next_value() for walk in going]
-        rises = _rises(estimate, optimiser, ranges, going, held, lanes)
+        rises = _rises(estimate, whole, ranges, going, held, lanes)
         for walk, rise in zip(going, rises, strict=True):
             walk.learn(float(rise))
     below, above = walks[::2], walks[1::2]

@@ -30,46 +30,74 @@ def release(recording: AnyRecording, seen: FirstEstimates) -> float | None:
     half = _half_period(recording, seen)
     if half is None or not isinstance(recording, Recording):
         return None
-    from scipy import ndimage, signal
-
     ts = np.linspace(float(recording.ts[0]), float(recording.ts[-1]), recording.ts.shape[0])
-    interval = ts[1] - ts[0]
-    width = max(int(half / 8 / interval), 7) | 1
+    interval = float(ts[1] - ts[0])
+    width = max(int(half / 5 / interval), 7) | 1
+    longer = max(int(half / 4 / interval), 3) | 1
     if len(ts) < max(_LEAST, 6 * width):
         return None
     values = np.interp(ts, *motion(recording, seen.oscillator))
-    place, rate, acceleration = (
-        np.asarray(signal.savgol_filter(values, width, 3, deriv=order, delta=interval))
-        for order in (0, 1, 2)
-    )
-    clear = later = np.ones(len(ts), bool)
-    if not seen.swings_freely:
-        near = values - values.min() < _CLEAR * np.ptp(values)
-        clear = np.asarray(ndimage.minimum_filter1d(~near, 2 * width + 1), bool)
-        later = np.cumsum(near) > 0
-    longer = max(int(half / 4 / interval), 3) | 1
-    first, last = (width + longer) // 2, len(ts) - (width + longer) // 2
-    clear[:first] = clear[last:] = False
+    place, rate, acceleration = _derivatives(values, width, interval)
+    margin = (width + longer) // 2
+    clear, later = _clear(values, seen, width, margin)
     if np.count_nonzero(clear & later) < _LEAST:
         return None
     if seen.swings_freely:
         left = _left(acceleration, _terms(seen, place, rate), clear)
     else:
         left = acceleration - _free_acceleration(seen, place)
-    unexplained = ndimage.median_filter(left, longer)
-    usual = np.median(np.abs(unexplained[clear & later])) / 0.6745
-    strange = np.abs(unexplained) > _FREE * usual
-    if not clear[first] or not abs(unexplained[first]) > _HELD * usual:
+    begin = _let_go(left, clear, later, longer, margin)
+    if begin is None or begin > _SHARE * len(ts):
         return None
-    calm = ndimage.minimum_filter1d((~strange).astype(int), longer, origin=-(longer // 2)) > 0
-    free = np.flatnonzero(calm[first:] & clear[first:])
-    if not free.size or free[0] + first > _SHARE * len(ts):
-        return None
-    begin = first + int(free[0]) + (width + longer) // 4
+    begin += margin // 2
     if seen.swings_freely:
         turns = np.flatnonzero(np.diff(np.sign(rate[begin:])) != 0)
         begin += int(turns[0]) if turns.size else 0
     return float(ts[begin])
+
+
+def _derivatives(
+    values: np.ndarray, width: int, interval: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Smoothed values, their rate and acceleration."""
+    from scipy import signal
+
+    place, rate, acceleration = (
+        np.asarray(signal.savgol_filter(values, width, 3, deriv=order, delta=interval))
+        for order in (0, 1, 2)
+    )
+    return place, rate, acceleration
+
+
+def _clear(
+    values: np.ndarray, seen: FirstEstimates, width: int, margin: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where no stop and no end of the record disturbs, and what comes after the first impact."""
+    from scipy import ndimage
+
+    clear, later = np.ones(len(values), bool), np.ones(len(values), bool)
+    if not seen.swings_freely:
+        near = values - values.min() < _CLEAR * np.ptp(values)
+        clear = np.asarray(ndimage.minimum_filter1d(~near, 2 * width + 1), bool)
+        later = np.cumsum(near) > 0
+    clear[:margin] = clear[len(values) - margin :] = False
+    return clear, later
+
+
+def _let_go(
+    left: np.ndarray, clear: np.ndarray, later: np.ndarray, longer: int, first: int
+) -> int | None:
+    """The first sample of a calm stretch after a beginning that is not; `None` if there is none."""
+    from scipy import ndimage
+
+    unexplained = np.abs(ndimage.median_filter(left, longer))
+    usual = np.median(unexplained[clear & later]) / 0.6745
+    if not clear[first] or not unexplained[first] > _HELD * usual:
+        return None
+    strange = unexplained > _FREE * usual
+    calm = ndimage.minimum_filter1d((~strange).astype(int), longer, origin=-(longer // 2)) > 0
+    free = np.flatnonzero((calm & clear)[first:])
+    return first + int(free[0]) if free.size else None
 
 
 def _half_period(recording: AnyRecording, seen: FirstEstimates) -> float | None:
@@ -107,12 +135,15 @@ def _restoring(seen: FirstEstimates, place: np.ndarray) -> np.ndarray:
 
 
 def _left(values: np.ndarray, terms: np.ndarray, used: np.ndarray) -> np.ndarray:
-    """What a regression by least absolute deviations leaves, everywhere."""
-    weights = np.ones(np.count_nonzero(used))
+    """What a regression leaves, everywhere, that leaves out what does not belong.
+
+    It starts from the later part of what is used, where no hand is, and lets in what agrees.
+    """
+    agrees = used & (np.cumsum(used) > _SHARE * np.count_nonzero(used))
     left = values
-    for _ in range(40):
-        factors, *_ = np.linalg.lstsq(terms[used] * weights[:, None], values[used] * weights)
+    for _ in range(10):
+        factors, *_ = np.linalg.lstsq(terms[agrees], values[agrees])
         left = values - terms @ factors
-        sizes = np.abs(left[used])
-        weights = 1 / np.sqrt(np.maximum(sizes, 0.1 * np.median(sizes) + 1e-300))
+        usual = np.median(np.abs(left[agrees])) / 0.6745
+        agrees = used & (np.abs(left) <= _FREE * usual)
     return left

@@ -5,12 +5,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Minimum, minimise
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Minimum, Vector, minimise
 from impactjax._fit.problem import Answer, Problem
 from impactjax._fit.system import handles
 from impactjax._fit.transform import farthest_move
 
+_EARLY = 1e-3  # relative decrease at which a part of the record is fitted well enough
+
 Lanes = Float[Array, "lanes parameters"]
+Active = Bool[Array, " parameters"]
 
 
 @eqx.filter_jit
@@ -23,7 +26,21 @@ def search(
     """A minimum from each start; starts are in the optimiser's coordinates."""
     known = handles(problem.system)
     reach = jnp.array([farthest_move(known[name].allowed) for name in problem.names], lanes.dtype)
-    return jax.vmap(lambda u, on: minimise(optimiser, problem.expand, u, on, reach))(lanes, active)
+    parts = jnp.stack([problem.recording.first(share).valid for share in optimiser.horizons])
+    reductions = jnp.full(len(parts), _EARLY, lanes.dtype).at[-1].set(optimiser.reduction)
+
+    def one(u: Vector, on: Active) -> Minimum[Answer]:
+        def fit_part(u: Vector, part: tuple[Array, Array]) -> tuple[Vector, Minimum[Answer]]:
+            valid, reduction = part
+            own = eqx.tree_at(lambda each: each.recording.valid, problem, valid)
+            minimum = minimise(optimiser, own.expand, u, on, reach, reduction)
+            return minimum.u, minimum
+
+        _, minima = jax.lax.scan(fit_part, u, (parts, reductions))
+        last = jax.tree.map(lambda x: x[-1], minima)
+        return eqx.tree_at(lambda each: each.iterations, last, jnp.sum(minima.iterations))
+
+    return jax.vmap(one)(lanes, active)
 
 
 @eqx.filter_jit

@@ -44,6 +44,11 @@ class Recording(eqx.Module):
         kept = self.ts >= time
         return Recording(self.ts[kept], self.values[kept], self.quantity, self.valid[kept])
 
+    def first(self, share: float) -> "Recording":
+        """The recording with only the samples of the first part of its time counted."""
+        end = self.ts[0] + share * (self.ts[-1] - self.ts[0])
+        return Recording(self.ts, self.values, self.quantity, self.valid & (self.ts <= end))
+
     @property
     def observations(self) -> Int[Array, "..."]:
         """How many samples count."""
@@ -66,6 +71,11 @@ class ImpactTimes(eqx.Module):
     def __init__(self, times: Float[Array, " impacts"], valid: Valid | None = None) -> None:
         self.times = times
         self.valid = jnp.ones(times.shape, bool) if valid is None else valid
+
+    def first(self, share: float) -> "ImpactTimes":
+        """The impacts with only those in the first part of the time counted."""
+        end = self.times[0] + share * (self.times[-1] - self.times[0])
+        return ImpactTimes(self.times, self.valid & (self.times <= end))
 
     @property
     def observations(self) -> Int[Array, "..."]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-MOST = 20_000
+MOST = 10_000
 """Samples that are fitted one by one; neighbours in a longer record are averaged."""
 _BLUR = 0.2  # change within a group, relative to the spread of the record, that averaging may hide
 

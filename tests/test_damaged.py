@@ -1,0 +1,68 @@
+"""Damaged variants of a shipped recording: read for what they are, or refused in a sentence."""
+
+import os
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import impactjax as ij
+from damage import READ, REFUSED, TS, XS, Damage
+from impactjax._cli.main import app
+
+
+def write(damage: Damage, folder):
+    path = folder / damage.name
+    path.write_bytes(damage.content)
+    if damage.sidecar is not None:
+        path.with_suffix(".toml").write_bytes(damage.sidecar)
+    return path
+
+
+@pytest.mark.parametrize("name", READ)
+def test_what_can_be_read_is_read_right(name, tmp_path):
+    found = ij.read_recording(write(READ[name], tmp_path)).recording
+    assert isinstance(found, ij.Recording)
+    valid = np.asarray(found.valid)
+    assert 600 < valid.sum() <= len(TS)
+    expected = np.interp(np.asarray(found.ts)[valid], TS, XS) * np.pi / 180
+    np.testing.assert_allclose(np.asarray(found.values)[valid], expected, atol=1e-12)
+    assert np.min(np.abs(np.asarray(found.ts)[:, None] - TS), axis=1).max() < 1e-12
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_used_is_refused_in_one_sentence(name, tmp_path):
+    damage = REFUSED[name]
+    path = write(damage, tmp_path)
+    before = sorted(path.parent.iterdir())
+    run = CliRunner().invoke(app, ["fit", str(path), "--out", str(tmp_path), "--law", "none"])
+    assert run.exit_code == 2, run.output
+    assert run.stdout == ""
+    (line,) = run.stderr.splitlines()
+    assert damage.says is not None
+    assert damage.says in line
+    assert line.startswith("impactjax: ")
+    assert line.endswith(".")
+    assert len(line) < 700
+    assert sorted(path.parent.iterdir()) == before
+
+
+def test_there_are_enough_of_them():
+    assert len(READ) + len(REFUSED) > 70
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "record.csv")
+    with pytest.raises(ij.FileError, match="no ordinary file"):
+        ij.read_recording(tmp_path / "record.csv")
+    with pytest.raises(ij.FileError, match="no ordinary file"):
+        ij.read_recording(tmp_path.joinpath("/dev/zero"))
+
+
+def test_a_million_rows_that_say_too_much_are_refused(tmp_path):
+    """Noise, or a vibration too fast to be averaged."""
+    fast = np.sin(np.arange(1_000_000) / 20)
+    rows = "\n".join(f"{i}, {x:.4f}" for i, x in enumerate(fast.tolist()))
+    (tmp_path / "record.csv").write_text(f"time [ms], angle [rad]\n{rows}\n")
+    with pytest.raises(ij.FileError, match="1000000 rows are too many to fit"):
+        ij.read_recording(tmp_path / "record.csv")

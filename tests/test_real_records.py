@@ -1,0 +1,70 @@
+"""Other people's records as they come: a hand at the start, a sound, a clipped accelerometer."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impactjax as ij
+from command import fitted
+from impactjax._measure.sound import read_onsets
+
+REAL = Path(__file__).parents[2] / "shared" / "realdata"
+SIDECARS = Path(__file__).parent / "sidecars"
+DEGREE = np.pi / 180
+
+pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"there are no recordings in {REAL}")
+
+
+def test_three_pendulum_runs_agree_with_the_hand_found_and_the_offset_fitted(tmp_path):
+    files = sorted((REAL / "free_pendulum").glob("*.txt"))
+    runs = [each for each in files if "data" in each.name]
+    sidecar = SIDECARS / "pendulum_released.toml"
+    found = fitted(tmp_path, *runs, "--sidecar", sidecar, "--law", "none")
+    fits = found.document["fits"]
+    assert len(fits) == 3
+    assert max(fit["rms_residual"]["value"] for fit in fits) <= 0.6 * DEGREE
+    assert np.ptp([fit["parameters"]["omega_n"]["value"] for fit in fits]) <= 0.02
+    assert all(fit["parameters"]["offset"]["verdict"] == "identified" for fit in fits)
+    for (note,), let_go in zip(found.document["notes"].values(), (0.77, 0.65, 0.48), strict=True):
+        assert "hand" in note
+        assert float(note.split("follows ")[1].split()[0]) == pytest.approx(let_go, abs=0.06)
+        assert note in " ".join(found.stdout.split())
+
+
+def test_onsets_in_the_sound_are_those_that_people_found():
+    onsets = read_onsets(REAL / "pingpong_bounce" / "pingpong.wav")
+    known = np.loadtxt(
+        REAL / "pingpong_bounce" / "derived_onsets.csv", delimiter=",", skiprows=1, usecols=1
+    )
+    late = np.min(np.abs(onsets - known[:, None]), axis=1)
+    assert late.max() < 3e-4
+    assert np.median(late) < 3e-5
+
+
+def test_restitution_from_the_sound_itself(tmp_path):
+    """The author's value is 0.9451."""
+    sound = REAL / "pingpong_bounce" / "pingpong.wav"
+    found = fitted(tmp_path, sound, "--law", "restitution")
+    assert found.parameter("r")["value"] == pytest.approx(0.945, abs=0.003)
+    assert found.best["n_samples"] >= 30
+
+
+def test_a_clipped_landing_gives_bounds_and_no_nonsense(tmp_path):
+    """A drop of 2.1 m by its duration; the landing has no spring that is stiff."""
+    found = fitted(
+        tmp_path,
+        *(REAL / "phone_drop" / "fall_10_raw.csv", "--sidecar", SIDECARS / "phone_drop.toml"),
+    )
+    ((note,),) = found.document["notes"].values()
+    assert note.startswith("4 of 150 samples are clipped")
+    assert found.best["n_samples"] == 146
+    assert found.parameter("x0")["value"] == pytest.approx(2.09, abs=0.05)
+    low, _ = found.parameter("omega0")["interval95"]
+    assert 0 <= low < found.parameter("omega0")["value"] < 100
+
+
+def test_read_recording_tells_what_was_left_out():
+    file = ij.read_recording(REAL / "phone_drop" / "fall_10_raw.csv", SIDECARS / "phone_drop.toml")
+    assert isinstance(file.recording, ij.Recording)
+    assert int(file.recording.observations) == 146

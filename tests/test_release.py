@@ -1,0 +1,100 @@
+"""When a hand lets go: found within a few hundredths of a second, and never invented."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy import integrate
+
+import impactjax as ij
+from impactjax._fit.first_estimates import first_estimates
+from impactjax._fit.release import release
+from reference import simulate_rigid
+
+DEGREE = math.pi / 180
+OMEGA = 12.0
+
+
+def fall(ts, y0, zeta=0.01, friction=0.0):
+    """A free pendulum by SciPy."""
+
+    def flow(t, y):
+        loss = 2 * zeta * OMEGA * y[1] + friction * np.tanh(y[1] / 1e-3)
+        return [y[1], -(OMEGA**2) * np.sin(y[0]) - loss]
+
+    found = integrate.solve_ivp(flow, (0, ts[-1]), y0, t_eval=ts, rtol=1e-8, atol=1e-10)
+    return found.y[0]
+
+
+def bouncing(ts, y0):
+    def flow(t, y):
+        return np.array([y[1], -(OMEGA**2) * np.sin(y[0])])
+
+    return simulate_rigid(flow, y0, ts, lambda speed: 0.6).position
+
+
+def found(ts, values, noise, oscillator=None):
+    noisy = values + noise * np.random.default_rng(8).standard_normal(len(ts))
+    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(noisy), ij.Angle())
+    seen = first_estimates(recording, oscillator or ij.Pendulum(10.0, length=0.07))
+    return release(recording, seen)
+
+
+NOISES = [0.02 * DEGREE, 0.2 * DEGREE]
+TS = np.arange(3000) / 1000
+
+
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize("held", [0.15, 0.4, 0.8])
+@pytest.mark.parametrize("moved", [0.0, 0.5])
+def test_a_swing_is_free_from_its_first_turn(held, moved, noise):
+    """A hand that holds still, or lifts at half a radian a second."""
+    count = int(1000 * held)
+    start = 1.0 - moved * (held - TS[:count])
+    values = np.concatenate([start, fall(TS[: 3000 - count], [1.0, moved])])
+    time = found(TS, values, noise)
+    turn = held + math.pi / OMEGA * 1.07
+    assert time is not None
+    assert held < time < turn + 0.05
+
+
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize("held", [0.15, 0.4])
+def test_a_fall_onto_a_stop_is_free_soon_after(held, noise):
+    count = int(1000 * held)
+    ts = TS[:1600]
+    values = np.concatenate([np.full(count, 0.8), bouncing(ts[: 1600 - count], [0.8, 0.0])])
+    time = found(ts, values, noise)
+    assert time is not None
+    assert held <= time < held + 0.12
+
+
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize("friction", [0.0, 2.0])
+@pytest.mark.parametrize("first", [[1.0, 0.0], [0.2, 0.0], [2.5, 1.0], [-1.0, -5.0]])
+def test_a_free_swing_is_left_whole(first, friction, noise):
+    assert found(TS, fall(TS, first, friction=friction), noise) is None
+
+
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize("first", [[0.8, 0.0], [0.3, 0.0], [0.8, 4.0], [1.4, -2.0]])
+def test_a_free_fall_onto_a_stop_is_left_whole(first, noise):
+    assert found(TS[:1400], bouncing(TS[:1400], first), noise) is None
+
+
+def test_an_accelerometer_shows_when_it_falls():
+    ts = np.arange(800) / 200
+    felt = np.where(ts < 2.0, 9.8, np.where(ts < 2.6, 0.3, 9.8))
+    felt[520:530] = 150.0
+    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(felt), ij.ProperAcceleration())
+    assert release(recording, first_estimates(recording, ij.BouncingBall())) == 2.0
+    falling = recording.since(2.0)
+    assert release(falling, first_estimates(falling, ij.BouncingBall())) is None
+    assert falling.ts.shape == (400,)
+
+
+def test_impact_times_and_short_records_have_no_hand():
+    times = ij.ImpactTimes(jnp.array([0.1, 0.5, 0.8, 1.0]))
+    assert release(times, first_estimates(times, ij.BouncingBall())) is None
+    assert found(TS[:20], fall(TS[:20], [1.0, 0.0]), 0.0) is None
