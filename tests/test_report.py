@@ -15,6 +15,7 @@ from estimates import SMALL, line, swing
 from impactjax._report.document import document
 from impactjax._report.outcome import outcome
 from impactjax._report.page import page
+from impactjax._report.rows import law_rows
 from impactjax._report.units import interval, quoted, with_error
 from impactjax._report.words import sentences
 
@@ -125,6 +126,9 @@ def test_a_law_that_failed_says_why():
     inside = ij.InitialState(-1.0)
     failed = ij.fit(model, recording, initial=inside, fixed=("x0",), simulation=SMALL)
     assert "The initial position lies inside a rigid stop" in outcome(failed)
+    rows = law_rows([ij.Fitted("a", False, swing(), 0.0), ij.Fitted("b", False, failed, 0.0)])
+    assert rows[1]["rms"] == rows[1]["aic"] == rows[1]["bic"] == "–"
+    assert "inside a rigid stop" in page([("x", ij.Fitted("b", False, failed, 0.0))], "", 0, {})
     assert outcome(swing()) == "converged"
     stopped = ij.LevenbergMarquardt(max_iterations=2)
     start = ij.InitialState(0.5)

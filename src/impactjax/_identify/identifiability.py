@@ -20,5 +20,5 @@ def identifiability(estimate: Estimate) -> Information:
     bounds = informed(parameters, estimate.values, estimate.jacobian).bounds
     usable = jnp.isfinite(bounds) & jnp.isfinite(estimate.standard_errors) & (bounds > 0)
     ratio = jnp.where(usable, estimate.standard_errors / jnp.where(usable, bounds, 1.0), jnp.nan)
-    noise = jnp.where(jnp.any(usable), jnp.nanmedian(ratio), estimate.rms)
+    noise = jnp.where(jnp.any(usable), jnp.nanmedian(ratio), 1.0)
     return informed(parameters, estimate.values, estimate.jacobian / noise)

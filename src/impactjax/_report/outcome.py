@@ -1,8 +1,7 @@
 """How a fit ended, in words."""
 
-import math
-
 import jax.numpy as jnp
+import numpy as np
 
 from impactjax._fit.estimate import Estimate
 from impactjax._measure.recording import ImpactTimes
@@ -14,9 +13,14 @@ def outcome(estimate: Estimate) -> str:
     """`converged`, or why there is no result to be used."""
     if bool(estimate.converged):
         return "converged"
-    if math.isfinite(float(estimate.rms)):
+    if was_simulated(estimate):
         return f"not converged after {int(estimate.iterations)} evaluations"
     return f"not simulated: {RESULTS[_result(estimate)]}"
+
+
+def was_simulated(estimate: Estimate) -> bool:
+    """Whether the law could be simulated from any start."""
+    return bool(np.isfinite(np.asarray(estimate.start_costs)).any())
 
 
 def _result(estimate: Estimate) -> RESULTS:

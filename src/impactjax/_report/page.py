@@ -20,6 +20,7 @@ from impactjax._report.coupling_figures import (
 )
 from impactjax._report.document import versions
 from impactjax._report.fit_figures import plot_fit, plot_residuals
+from impactjax._report.outcome import was_simulated
 from impactjax._report.picture import Picture, picture, wide_picture
 from impactjax._report.residual_figures import (
     plot_autocorrelation,
@@ -78,7 +79,11 @@ def _section(name: str, fits: list[Fitted], notes: Sequence[str]) -> dict[str, A
         ],
         "laws": law_rows(fits),
         "restitution": _restitution(name, fits),
-        "parameters": [(name_of(each), parameter_rows(each.estimate)) for each in fits],
+        "parameters": [
+            (name_of(each), parameter_rows(each.estimate))
+            for each in fits
+            if was_simulated(each.estimate)
+        ],
         "coupling": coupling(told),
         "couplings": _coupling_pictures(name, best),
         "impacts": impacts,

@@ -28,7 +28,8 @@ def plot_autocorrelation(ax: "Axes", estimate: Estimate) -> "Axes":
 def plot_quantiles(ax: "Axes", estimate: Estimate) -> "Axes":
     """Residuals in order against those of a normal distribution; normal ones follow the line."""
     valid = np.asarray(estimate.problem.recording.valid)
-    left = np.sort(-np.asarray(estimate.residuals)[valid]) / float(estimate.rms)
+    size = float(estimate.rms) or 1.0  # nothing is left where nothing could be simulated
+    left = np.sort(-np.asarray(estimate.residuals)[valid]) / size
     normal = special.ndtri((np.arange(len(left)) + 0.5) / len(left))
     ends = [normal[0], normal[-1]]
     ax.plot(ends, ends, color=RECORDED, linewidth=2)

@@ -8,11 +8,11 @@ import numpy as np
 from impactjax._fit.compare import Fitted
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.laws import NO_LAW
-from impactjax._report.outcome import outcome
+from impactjax._report.outcome import outcome, was_simulated
 from impactjax._report.units import interval, quoted, shown_unit
 
 _MOST_IMPACTS = 40
-ABSENT = "–"  # at a rigid stop, or where a contact outlasts the record
+ABSENT = "–"
 
 Row = dict[str, str]
 
@@ -27,17 +27,18 @@ def law_rows(fits: Sequence[Fitted]) -> list[Row]:
     """A row a fit, with differences of the criteria to the best."""
     best = fits[0].estimate
     unit, factor = shown_unit(best.problem.recording)
-    return [
-        {
-            "law": name_of(fitted),
-            "outcome": outcome(fitted.estimate),
-            "rms": f"{float(fitted.estimate.rms) * factor:.4g} {unit}",
-            "count": str(len(fitted.estimate.names)),
-            "aic": f"{corrected_aic(fitted.estimate) - corrected_aic(best):.1f}",
-            "bic": f"{float(fitted.estimate.bic - best.bic):.1f}",
-        }
-        for fitted in fits
-    ]
+    rows = []
+    for fitted in fits:
+        own, row = fitted.estimate, {"law": name_of(fitted), "outcome": outcome(fitted.estimate)}
+        if was_simulated(own):
+            row |= {
+                "rms": f"{float(own.rms) * factor:.4g} {unit}",
+                "aic": f"{corrected_aic(own) - corrected_aic(best):.1f}",
+                "bic": f"{float(own.bic - best.bic):.1f}",
+            }
+        rows.append({"rms": ABSENT, "aic": ABSENT, "bic": ABSENT, **row})
+        rows[-1]["count"] = str(len(own.names))
+    return rows
 
 
 def corrected_aic(estimate: Estimate) -> float:

@@ -35,7 +35,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
         found.append(coupling(told))
     residuals = residuality(best.estimate)
     if not bool(residuals.independent):
-        found.append(_independence(residuals))
+        found.append(_independence(best.estimate, residuals))
     return found
 
 
@@ -88,7 +88,7 @@ def _open_sides(best: Fitted) -> list[str]:
 def residual_sentences(estimate: Estimate) -> list[str]:
     """Whether the residuals are what a good law leaves: independent, of one size, normal."""
     found = residuality(estimate)
-    said = [_independence(found), *_after_impacts(estimate, found)]
+    said = [_independence(estimate, found), *_after_impacts(estimate, found)]
     if float(found.abnormal) < 1e-3:
         kurtosis = float(found.excess_kurtosis)
         tails = "longer" if kurtosis > 0 else "shorter"
@@ -101,7 +101,7 @@ def residual_sentences(estimate: Estimate) -> list[str]:
     return said
 
 
-def _independence(found: Residuality) -> str:
+def _independence(estimate: Estimate, found: Residuality) -> str:
     first = float(found.autocorrelation[0]) if found.autocorrelation.size else 0.0
     numbers = (
         f"autocorrelation {first:.2f} at lag 1 (95 % band ± {float(found.band):.2f}), "
@@ -109,10 +109,14 @@ def _independence(found: Residuality) -> str:
     )
     if bool(found.independent):
         return f"The residuals look independent: {numbers}."
-    return (
-        f"The residuals hang together: {numbers}. Their noise is filtered or the law is not quite "
-        "right; errors that take them as independent are too small."
+    said = (
+        f"The residuals hang together: {numbers}. Their noise is filtered or the law is not right"
     )
+    if int(estimate.memory) == 0:
+        return f"{said}; errors that take them as independent are too small."
+    inflation = np.asarray(estimate.inflation)
+    largest = float(np.max(inflation[np.isfinite(inflation)], initial=1.0))
+    return f"{said}; the errors allow for it, by factors up to {largest:.1f}."
 
 
 def _after_impacts(estimate: Estimate, found: Residuality) -> list[str]:
