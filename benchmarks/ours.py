@@ -10,11 +10,11 @@ from jaxtyping import Array
 
 import impactjax as ij
 from contact_alone import ContactAlone
-from impactjax._cli.environment import XLA_FLAGS
+from impactjax._cli.environment import FAST
 from rivals import reference, tasks
 from rivals.prepared import Prepared, prepare
 
-os.environ.setdefault("XLA_FLAGS", XLA_FLAGS)  # read before the first computation
+os.environ.setdefault("XLA_FLAGS", FAST)  # read before the first computation
 jax.config.update("jax_enable_x64", True)
 
 TOLERANCE = 5e-8

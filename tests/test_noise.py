@@ -18,7 +18,7 @@ def correlated(count: int, share: float) -> np.ndarray:
     """An autoregression of first order whose values have the size SIZE."""
     rng = np.random.default_rng(3)
     white = rng.standard_normal((count, len(TS) + 500)) * SIZE * np.sqrt(1 - share**2)
-    return signal.lfilter([1.0], [1.0, -share], white, axis=1)[:, 500:]
+    return np.asarray(signal.lfilter([1.0], [1.0, -share], white, axis=1))[:, 500:]
 
 
 def lines(errors: np.ndarray, **how) -> ij.Estimate:

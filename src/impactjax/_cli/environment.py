@@ -5,20 +5,19 @@ from pathlib import Path
 
 import jax
 
-XLA_FLAGS = (
-    "--xla_backend_extra_options="
-    "xla_cpu_use_multi_output_fusion,xla_cpu_small_while_loop_byte_threshold=1000000"
-)
-"""On a CPU: do not compute shared intermediate results again for each of their uses, and run small
-loops as one kernel. Several times faster to run and half the time to compile."""
+SAFE = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000"
+"""XLA_FLAGS on a CPU: run small loops as one kernel."""
+
+FAST = f"{SAFE},xla_cpu_use_multi_output_fusion"
+"""And do not compute shared intermediate results again for each of their uses: several times faster
+to run and half the time to compile, but the compiler of JAX 0.10 aborts on a few programs."""
 
 
 def prepare() -> None:
-    """Double precision, a cache of compiled programs, and two options of XLA.
+    """Double precision and a cache of compiled programs. What the environment says is kept.
 
-    To be called before JAX computes anything. What the environment says is kept.
+    To be called before JAX computes anything, as is the choice of XLA_FLAGS.
     """
-    os.environ.setdefault("XLA_FLAGS", XLA_FLAGS)
     home = os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache"))
     jax.config.update("jax_enable_x64", True)
     if "JAX_COMPILATION_CACHE_DIR" not in os.environ:

@@ -74,7 +74,8 @@ def fit(
 def solve(problem: Problem, starts: Starts, optimiser: LevenbergMarquardt) -> Estimate:
     """The estimate of the best of several searches."""
     lanes = starts.lanes(problem)
-    minima = search(problem, optimiser, lanes, jnp.ones(lanes.shape, bool))
+    parts = jnp.stack([problem.recording.first(share).valid for share in optimiser.horizons])
+    minima = search(problem, optimiser, lanes, jnp.ones(lanes.shape, bool), parts)
     return summarise(problem, best_of(minima), minima.quadratic.cost)
 
 

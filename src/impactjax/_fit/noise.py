@@ -66,8 +66,8 @@ class AutoregressiveNoise(AbstractNoise):
         twice = jnp.full_like(spectrum, 2.0).at[0].set(1.0).at[-1].set(1.0)  # ω and −ω
         transformed = jnp.fft.rfft(jacobian, length, axis=0)
         weights = (twice * spectrum)[:, None] / length
-        parts = jnp.real(transformed), jnp.imag(transformed)
-        return sum(part.T @ (weights * part) for part in parts)
+        real, imaginary = jnp.real(transformed), jnp.imag(transformed)
+        return real.T @ (weights * real) + imaginary.T @ (weights * imaginary)
 
     def _fitted(self, scores: Scores, count: Scalar) -> tuple[Int[Array, ""], Array, Scalar]:
         """Order, weights a₁, a₂, ... with zeros beyond the order, and variance σ²."""

@@ -36,9 +36,6 @@ def profiled(
     - `optimiser`: for the refits.
     - `lanes`: how many refits run at once.
     """
-    whole = dataclasses.replace(
-        optimiser, horizons=(1.0,)
-    )  # the others start close to their places
     ranges = [handles(estimate.problem.system)[name].allowed for name in estimate.names]
     walks = [_begin(estimate, ranges, j, side) for j in range(len(ranges)) for side in (-1, 1)]
     for _ in range(_ROUNDS):
@@ -46,7 +43,7 @@ def profiled(
         if not going:
             break
         held = [walk.next_value() for walk in going]
-        rises = _rises(estimate, whole, ranges, going, held, lanes)
+        rises = _rises(estimate, optimiser, ranges, going, held, lanes)
         for walk, rise in zip(going, rises, strict=True):
             walk.learn(float(rise))
     below, above = walks[::2], walks[1::2]
@@ -152,11 +149,17 @@ def _rises(
     active[np.arange(len(walks)), [walk.parameter for walk in walks]] = False
     columns = [to_unbounded(r, jnp.asarray(starts[:, k])) for k, r in enumerate(ranges)]
     unbounded = np.stack([np.asarray(column) for column in columns], axis=1)
+    # The others start close: each part is the whole. As many as elsewhere, so nothing is compiled.
+    whole = jnp.tile(estimate.problem.recording.valid, (len(optimiser.horizons), 1))
     costs = []
     for begin in range(0, len(walks), lanes):
         rows = np.minimum(np.arange(begin, begin + lanes), len(walks) - 1)
         minima = search(
-            estimate.problem, optimiser, jnp.asarray(unbounded[rows]), jnp.asarray(active[rows])
+            estimate.problem,
+            optimiser,
+            jnp.asarray(unbounded[rows]),
+            jnp.asarray(active[rows]),
+            whole,
         )
         costs.append(np.asarray(minima.quadratic.cost))
     squares = 2 * np.concatenate(costs)[: len(walks)]

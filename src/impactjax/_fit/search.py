@@ -23,12 +23,14 @@ def search(
     optimiser: LevenbergMarquardt,
     lanes: Lanes,
     active: Bool[Array, "lanes parameters"],
+    parts: Bool[Array, "parts observations"],
 ) -> Minimum[Answer]:
-    """A minimum from each start; starts are in the optimiser's coordinates."""
+    """A minimum from each start, in the optimiser's coordinates, over one part of the observations
+    after the other; the last part is the whole.
+    """
     known = handles(problem.system)
     reach = jnp.array([farthest_move(known[name].allowed) for name in problem.names], lanes.dtype)
-    parts = jnp.stack([problem.recording.first(share).valid for share in optimiser.horizons])
-    reductions = jnp.full(len(parts), _EARLY, lanes.dtype).at[-1].set(optimiser.reduction)
+    reductions = jnp.full(parts.shape[0], _EARLY, lanes.dtype).at[-1].set(optimiser.reduction)
 
     def one(start: Vector, on: Active) -> Minimum[Answer]:
         def fit_part(u: Vector, part: tuple[Array, Array]) -> tuple[Vector, Minimum[Answer]]:

@@ -45,7 +45,9 @@ def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) ->
     highest = jnp.array([places[name].allowed.high for name in problem.names], values.dtype)
     low, high = jnp.maximum(values - half_width, lowest), jnp.minimum(values + half_width, highest)
     size = squares / n if known is None else known
+    simulated = jnp.isfinite(squares)
     likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2
+    likelihood = jnp.where(simulated, likelihood, -jnp.inf)
     found = p + (known is None)
     return Estimate(
         problem=problem,
@@ -61,7 +63,7 @@ def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) ->
         residuals=residuals,
         jacobian=jacobian,
         impacts=minimum.quadratic.answer.impacts,
-        rms=jnp.sqrt(jnp.sum(residuals**2) / n),
+        rms=jnp.where(simulated, jnp.sqrt(jnp.sum(residuals**2) / n), jnp.inf),
         aic=2 * found - 2 * likelihood,
         bic=jnp.log(n) * found - 2 * likelihood,
         converged=minimum.converged,

@@ -1,0 +1,37 @@
+"""The command, tried with the fast options of the compiler first."""
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+
+from impactjax._cli.environment import FAST, SAFE
+
+_NOTE = (
+    "impactjax: JAX's compiler failed (its report is above); trying again without the option that "
+    "makes it fast."
+)
+
+
+def attempted(command: Callable[[], None]) -> None:
+    """Runs the command in a child process with fast options; if the compiler aborts that, here
+    without them. What the environment says of XLA is kept, and then there is one attempt only.
+
+    To be called before JAX computes anything.
+    """
+    if "XLA_FLAGS" in os.environ or sys.platform == "win32":
+        command()
+        return
+    child = os.fork()
+    if child == 0:
+        os.environ["XLA_FLAGS"] = FAST
+        command()
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # the child is told, and this one waits
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    signal.signal(signal.SIGINT, before)
+    if status != -signal.SIGABRT:
+        sys.exit(status if status >= 0 else 128 - status)
+    print(_NOTE, file=sys.stderr)
+    os.environ["XLA_FLAGS"] = SAFE
+    command()
