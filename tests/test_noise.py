@@ -7,6 +7,7 @@ import pytest
 from scipy import linalg, signal
 
 import impactjax as ij
+from impactjax._fit.compare import behind
 from impactjax._fit.noise import levinson
 
 TS = np.linspace(0.0, 1.0, 201)
@@ -21,15 +22,15 @@ def correlated(count: int, share: float) -> np.ndarray:
     return np.asarray(signal.lfilter([1.0], [1.0, -share], white, axis=1))[:, 500:]
 
 
-def lines(errors: np.ndarray, **how) -> ij.Estimate:
+def lines(errors: np.ndarray, speed: float = SPEED, **how) -> ij.Estimate:
     """A free mass fitted to straight lines with noise, all at once."""
 
     def one(values):
         recording = ij.Recording(jnp.asarray(TS), values, ij.Displacement())
         model = ij.ImpactOscillator(ij.FreeMass())
-        return ij.fit(model, recording, initial=ij.InitialState(0.2, 1.0), **how)
+        return ij.fit(model, recording, initial=ij.InitialState(0.2, speed), **how)
 
-    return jax.jit(jax.vmap(one))(jnp.asarray(X0 + SPEED * TS + errors))
+    return jax.jit(jax.vmap(one))(jnp.asarray(X0 + speed * TS + errors))
 
 
 def coverage(found: ij.Estimate) -> np.ndarray:
@@ -106,3 +107,21 @@ def test_losses_are_squares_for_small_residuals(loss):
     expected = (loss.cost(large + 1e-6) - loss.cost(large - 1e-6)) / 2e-6
     np.testing.assert_allclose(loss.score(large), expected, rtol=1e-8)
     assert isinstance(loss, ij.Squares) or loss.weight(large)[0] < 0.2
+
+
+def test_correlated_noise_does_not_speak_for_a_law_with_more_parameters():
+    """A mass at rest, fitted with and without a speed: it moves by nothing but its noise."""
+    noise = correlated(REPLICATES, 0.75)
+    moving, still = lines(noise, speed=0.0), lines(noise, speed=0.0, fixed=("x_dot0",))
+    assert np.mean(still.aic - moving.aic > 10) > 0.05
+    assert np.mean(behind(moving, still) > 10) < 0.005
+
+
+def test_independent_residuals_leave_the_criterion_as_it_is():
+    noise = SIZE * np.random.default_rng(4).standard_normal((20, len(TS)))
+    moving, still = lines(noise), lines(noise, fixed=("x_dot0",))
+    white = np.asarray(moving.memory == 0)
+    found = np.asarray(behind(moving, still))[white]
+    np.testing.assert_allclose(
+        found, np.asarray(still.aic - moving.aic)[white], rtol=1e-6, atol=1e-6
+    )

@@ -4,6 +4,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
 from impactjax._fit.effort import effort
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.first_estimates import FirstEstimates, first_estimates
@@ -92,6 +95,18 @@ def compare(
             estimate = profiled(solve(problem, starts, optimiser), optimiser, starts.count)
             fits.append(Fitted(law, dry, estimate, time.perf_counter() - begin))
     return sorted(fits, key=lambda fitted: float(fitted.estimate.aic))
+
+
+def behind(best: Estimate, other: Estimate) -> Float[Array, "..."]:
+    """By how much Akaike's criterion is worse than the best, for correlated residuals: the
+    likelihood counts as that of the independent residuals which those of the best stand for.
+
+    Source: Lebreton et al., Ecological Monographs 62, 67 (1992), the quasi-likelihood criterion.
+    """
+    n, p = best.problem.recording.observations, len(best.names)
+    share = jnp.minimum((best.freedom + p) / n.astype(best.freedom.dtype), 1.0)
+    more = 2.0 * (len(other.names) - p)
+    return (other.aic - best.aic - more) * share + more
 
 
 def _may_have_friction(setup: Setup) -> bool:

@@ -87,6 +87,7 @@ def _residuals(estimate: Estimate) -> dict[str, Any]:
     return {
         "sentences": residual_sentences(estimate),
         "independent": bool(found.independent),
+        "autoregression_order": int(estimate.memory),
         "autocorrelation": [_number(v) for v in np.asarray(found.autocorrelation)],
         "band": _number(found.band),
         "runs": int(found.runs),
@@ -107,6 +108,7 @@ def _fitted_parameters(estimate: Estimate) -> dict[str, Any]:
             "interval95": [_number(estimate.low[i]), _number(estimate.high[i])],
             "unit": estimate.units[i],
             "verdict": str(estimate.verdict(name)),
+            "error_inflation": _number(estimate.inflation[i]),
         }
         for i, name in enumerate(estimate.names)
     }

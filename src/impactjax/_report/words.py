@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from impactjax._fit.compare import Fitted
+from impactjax._fit.compare import Fitted, behind
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.laws import NO_LAW
 from impactjax._fit.system import handles
@@ -61,7 +61,7 @@ def _friction(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
 
 def _ranking(fits: Sequence[Fitted]) -> str:
     best = fits[0]
-    near = [f for f in fits[1:] if float(f.estimate.aic - best.estimate.aic) < _CLEAR]
+    near = [f for f in fits[1:] if float(behind(best.estimate, f.estimate)) < _CLEAR]
     if not near:
         return f"Among the laws tried, {best.law} describes the record clearly best."
     names = ", ".join(fitted.law for fitted in near)
