@@ -1,7 +1,10 @@
 """Double precision, strict promotion, one compilation cache for all test processes."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
 
 CACHE = Path(__file__).parent.parent / ".jax_cache"
 
@@ -16,3 +19,10 @@ from impactjax._cli.environment import FAST, prepare  # noqa: E402
 os.environ.setdefault("XLA_FLAGS", FAST)
 prepare()
 jax.config.update("jax_numpy_dtype_promotion", "strict")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _no_programs_left() -> Iterator[None]:
+    """What one file compiles no other needs; kept, it would fill the memory."""
+    yield
+    jax.clear_caches()

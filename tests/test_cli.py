@@ -138,8 +138,8 @@ def test_the_table_shows_the_same(found):
 @needs_browser
 def test_a_browser_shows_its_page(found, tmp_path):
     seen = look(found.page, tmp_path)
-    assert len(seen.images) == 3
-    assert min(seen.images) > 1000
+    assert len(seen.images) == found.page.count("<img") > 3
+    assert min(seen.images) > 300  # pixels wide, and so not missing
     assert seen.console == []
 
 
