@@ -32,6 +32,7 @@ class Case(NamedTuple):
     make: Callable[..., ij.AbstractImpactLaw | ij.AbstractForceLaw]
     values: tuple[float, ...]
     exponents: tuple[float, ...] = ()
+    accuracy: float = 1e-8  # less where the force is less smooth at touch: see docs/engine.md
 
 
 def without_pull(omega0, gamma):
@@ -49,7 +50,7 @@ LAWS = {
     "Maxwell": Case(ij.Maxwell, (700.0, 0.2)),
     "Walton": Case(ij.Walton, (1e4, 2e3)),
     "Simon": Case(ij.PowerLaw, (1e6, 3e5), (1.5, 1.5, 1.0)),
-    "HuntCrossley": Case(ij.PowerLaw, (1e6, 3e5), (1.4, 1.4, 1.0)),
+    "HuntCrossley": Case(ij.PowerLaw, (1e6, 3e5), (1.4, 1.4, 1.0), accuracy=3e-8),
     "PustPeterka": Case(ij.PowerLaw, (1e6, 3e5), (1.5, 1.5, 2.0)),
     "HertzDashpot": Case(ij.PowerLaw, (1e6, 2.0), (1.5, 0.0, 1.0)),
     "PowerLaw": Case(ij.PowerLaw, (1e6, 2e4), (1.5, 1.0, 1.2)),
@@ -150,4 +151,4 @@ def test_every_column_matches_richardson(name):
             theirs = estimate[begin : begin + mine.size]
             begin += mine.size
             error = np.max(np.abs(mine - theirs)) * size
-            assert error <= 1e-8 * largest(name, column), (column, i)
+            assert error <= LAWS[name].accuracy * largest(name, column), (column, i)
