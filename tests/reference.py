@@ -21,11 +21,11 @@ class Reference(NamedTuple):
     separation: np.ndarray
 
 
-def _until(flow: Flow, guard: Callable, t: float, y: np.ndarray, t1: float, max_step: float):
-    """Dense solution until the guard falls through zero, and where it does."""
+def _until(flow: Flow, sign: int, t: float, y: np.ndarray, t1: float, max_step: float):
+    """Dense solution until the place, times a sign, falls through zero, and where it does."""
 
     def reached(s: float, y: np.ndarray) -> float:
-        return guard(s, y)
+        return sign * y[0] + (s - t < 1e-9)  # the start itself does not count
 
     vars(reached).update(terminal=True, direction=-1)
     run = solve_ivp(
@@ -57,9 +57,7 @@ def simulate_rigid(
     out = np.zeros((2, len(ts)))
     times, approach, separation = [], [], []
     while True:
-        leaving = t
-        guard = lambda s, y, leaving=leaving: y[0] + (s - leaving < 1e-9)  # noqa: E731
-        sol, end, state, hit = _until(flow, guard, t, y, ts[-1], max_step)
+        sol, end, state, hit = _until(flow, 1, t, y, ts[-1], max_step)
         inside = (ts >= t) & (ts <= end if not hit else ts < end)
         if inside.any():
             out[:, inside] = sol(ts[inside])
@@ -88,9 +86,7 @@ def simulate_compliant(
     while True:
         sign, step = (-1, contact_step) if touching else (1, max_step)
         flow = contact if touching else free
-        begin = t
-        guard = lambda s, y, begin=begin, sign=sign: sign * y[0] + (s - begin < 1e-9)  # noqa: E731
-        sol, end, state, hit = _until(flow, guard, t, y, ts[-1], step)
+        sol, end, state, hit = _until(flow, sign, t, y, ts[-1], step)
         inside = (ts >= t) & (ts <= end if not hit else ts < end)
         if inside.any():
             out[:, inside] = sol(ts[inside])

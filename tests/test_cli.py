@@ -108,7 +108,14 @@ def test_the_parameters_keep_the_contract(found):
     parameters = found.best["parameters"]
     assert {name: each["unit"] for name, each in parameters.items()} == units
     for name, each in parameters.items():
-        assert set(each) == {"value", "standard_error", "interval95", "unit", "verdict"}
+        assert set(each) == {
+            "value",
+            "standard_error",
+            "interval95",
+            "error_inflation",
+            "unit",
+            "verdict",
+        }
         if name in TRUTH:
             low, high = each["interval95"]
             assert low <= each["value"] <= high

@@ -204,7 +204,7 @@ def test_open_intervals_are_said(low, high, shown):
 
 
 def test_the_document_is_json_without_infinities(fits):
-    found = document(fits, 7)
+    found = document(fits, 7, {})
     (r,) = [fit["parameters"]["r"] for fit in found["fits"] if fit["recording"] == HOSTILE]
     assert r["standard_error"] is None
     assert r["interval95"] == [0, 1]

@@ -11,6 +11,7 @@ from scipy import stats
 import impactjax as ij
 from estimates import SMALL, TS, line
 from impactjax._measure.clipping import clipped
+from impactjax._report.words import sentences
 
 LINE = ij.ImpactOscillator(ij.FreeMass())
 
@@ -79,6 +80,16 @@ def test_noise_of_known_size():
     np.testing.assert_allclose(found.aic, 2 * 2 - 2 * likelihood, rtol=1e-9)
     profile = ij.profiled(found, lanes=4)
     np.testing.assert_allclose(profile.low, found.low, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("step", "said"), [(0.02, True), (0.002, False)])
+def test_a_residual_of_nothing_but_steps_is_said(step, said):
+    """A straight line, rounded; in the other case with noise of 0.05 m as well."""
+    t = np.asarray(TS)
+    values = np.round((0.3 + 0.7 * t) / step) * step + (0.0 if said else line()[0] - 0.3 - 0.7 * t)
+    found = fit_line(values, sensor=ij.Sensor(quantisation=step))
+    sentences_said = " ".join(sentences([ij.Fitted("none", False, found, 0.0)]))
+    assert ("quantisation alone" in sentences_said) == said
 
 
 def test_offset_is_fitted_if_free():

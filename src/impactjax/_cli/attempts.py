@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable
 
 from impactjax._cli.environment import FAST, SAFE
@@ -22,11 +23,15 @@ def attempted(command: Callable[[], None]) -> None:
     if "XLA_FLAGS" in os.environ or sys.platform == "win32":
         command()
         return
+    lifeline, held = os.pipe()
     child = os.fork()
     if child == 0:
+        os.close(held)
+        threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
         os.environ["XLA_FLAGS"] = FAST
         command()
         return
+    os.close(lifeline)
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # the child is told, and this one waits
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     signal.signal(signal.SIGINT, before)
@@ -35,3 +40,9 @@ def attempted(command: Callable[[], None]) -> None:
     print(_NOTE, file=sys.stderr)
     os.environ["XLA_FLAGS"] = SAFE
     command()
+
+
+def _end_with(lifeline: int) -> None:
+    """Ends this process when the one that holds the other end is gone, even if it was killed."""
+    os.read(lifeline, 1)
+    os._exit(1)

@@ -25,7 +25,6 @@ from impactjax._report.page import page
 from impactjax._report.units import interval, quoted, shown_unit
 from impactjax._report.words import sentences
 
-_FLOOR = 1.2  # times the error of quantisation: no other error is to be seen
 _WIDTH = 120  # of a table that is not on a terminal
 
 _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be given several times."
@@ -72,18 +71,16 @@ def fit_command(
     except (FileError, Refusal) as error:
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
-    notes = {str(task.path): [*task.notes] for task in tasks}
+    notes = {str(task.path): task.notes for task in tasks}
     for name in dict.fromkeys(name for name, _ in fits):
         own = [fitted for recording, fitted in fits if recording == name]
-        notes[name] += _at_the_floor(own[0])
         _print(name, own, notes[name])
     if targets is not None:
         json_path, page_path = targets
         command = shlex.join(["impactjax", *sys.argv[1:]])
         try:
             json_path.write_text(
-                json.dumps({**document(fits, seed), "notes": notes}, indent=2) + "\n",
-                encoding="utf-8",
+                json.dumps(document(fits, seed, notes), indent=2) + "\n", encoding="utf-8"
             )
             page_path.write_text(page(fits, command, seed, notes), encoding="utf-8")
         except OSError as error:
@@ -127,19 +124,6 @@ def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
                 raise Refusal(f"{path}: {error}") from error
             fits += [(str(path), fitted) for fitted in found]
     return fits
-
-
-def _at_the_floor(best: Fitted) -> list[str]:
-    """What there is to say if the steps of the recorded values are all that is left."""
-    estimate = best.estimate
-    floor = float(estimate.problem.system.sensor.floor()) ** 0.5
-    if not 0 < float(estimate.rms) < _FLOOR * floor:
-        return []
-    unit, factor = shown_unit(estimate.problem.recording)
-    return [
-        f"The residual is what quantisation alone leaves ({floor * factor:.3g} {unit}): a better "
-        "law could not be told, a finer instrument might."
-    ]
 
 
 def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:

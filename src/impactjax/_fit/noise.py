@@ -3,7 +3,6 @@
 import abc
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
@@ -72,7 +71,7 @@ class AutoregressiveNoise(AbstractNoise):
     def _fitted(self, scores: Scores, count: Scalar) -> tuple[Int[Array, ""], Array, Scalar]:
         """Order, weights a₁, a₂, ... with zeros beyond the order, and variance σ²."""
         most = min(self.most, scores.shape[0] // 10)
-        covariances = _autocovariances(scores, count, most)
+        covariances = autocovariances(scores, count, most)
         weights, variances = levinson(covariances)
         orders = jnp.arange(most + 1, dtype=scores.dtype)
         tiny = jnp.finfo(scores.dtype).tiny
@@ -81,7 +80,7 @@ class AutoregressiveNoise(AbstractNoise):
         return best, weights[best], variances[best]
 
 
-def _autocovariances(scores: Scores, count: Scalar, most: int) -> Float[Array, " lags"]:
+def autocovariances(scores: Scores, count: Scalar, most: int) -> Float[Array, " lags"]:
     """At lags from 0 to `most`; divided by one number, so that no spectrum becomes negative."""
     length = scores.shape[0]
     power = jnp.abs(jnp.fft.rfft(scores, 2 * length)) ** 2
@@ -105,9 +104,3 @@ def levinson(
         rows.append(weights)
         variances.append(variance)
     return jnp.stack(rows), jnp.stack(variances)
-
-
-def whitened(scores: Scores, weights: Float[Array, " lags"]) -> Scores:
-    """What an autoregression does not foresee: eₜ − Σ aₖ eₜ₋ₖ."""
-    kernel = jnp.concatenate([jnp.ones(1, scores.dtype), -weights])
-    return jax.scipy.signal.convolve(scores, kernel)[: scores.shape[0]]

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import reduce
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,6 +13,8 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.parameter import Range, as_parameter, parameter, ranges
 from impactjax._simulate.simulate import InitialState
 from impactjax._types import Scalar, Time
+
+Part = TypeVar("Part", bound=eqx.Module)
 
 
 class Start(eqx.Module):
@@ -35,14 +37,14 @@ class System(eqx.Module):
 
 
 class Handle(NamedTuple):
-    """Where a parameter is in a system, and what it may be."""
+    """Where a parameter is in a system or another part, and what it may be."""
 
     path: tuple[str, ...]
     allowed: Range
 
-    def get(self, system: System) -> Scalar:
+    def get(self, part: eqx.Module) -> Scalar:
         """Its value."""
-        return reduce(getattr, self.path, system)
+        return reduce(getattr, self.path, part)
 
 
 def handles(system: System) -> dict[str, Handle]:
@@ -78,8 +80,13 @@ def handles(system: System) -> dict[str, Handle]:
 def replaced(system: System, names: Sequence[str], values: Sequence[ArrayLike]) -> System:
     """The system with some parameters set."""
     known = handles(system)
+    return with_values(system, [known[name] for name in names], values)
+
+
+def with_values(part: Part, places: Sequence[Handle], values: Sequence[ArrayLike]) -> Part:
+    """A part with the parameters at some places set."""
     return eqx.tree_at(
-        lambda each: [reduce(getattr, known[name].path, each) for name in names],
-        system,
+        lambda each: [reduce(getattr, place.path, each) for place in places],
+        part,
         [jnp.asarray(value) for value in values],
     )

@@ -8,9 +8,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from impactjax._fit.system import Handle
+from impactjax._fit.system import Handle, with_values
 from impactjax._identify.directions import Directions, Sensitivities, directions, without
-from impactjax._identify.parameters import chosen, value_of, with_values
+from impactjax._identify.parameters import chosen
 
 Part = TypeVar("Part", bound=eqx.Module)
 PerParameter = Float[Array, " parameters"]
@@ -113,11 +113,11 @@ def information(
     **Raises** `ValueError` for a name that the part does not have, and if no parameter is left.
     """
     parameters = chosen(part, free, fixed)
-    values = jnp.stack([jnp.asarray(value_of(part, each)) for each in parameters.values()])
+    values = jnp.stack([each.get(part) for each in parameters.values()])
     noise = jnp.asarray(sigma, values.dtype)
 
     def scaled(values: PerParameter) -> Float[Array, " data"]:
-        return jnp.ravel(data(with_values(part, parameters, values)) / noise)
+        return jnp.ravel(data(with_values(part, [*parameters.values()], list(values))) / noise)
 
     return informed(parameters, values, jax.jacfwd(scaled)(values))
 

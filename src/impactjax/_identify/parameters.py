@@ -1,19 +1,14 @@
 """The parameters of a part of a model, or of the whole, by name."""
 
 from collections.abc import Sequence
-from functools import reduce
-from typing import TypeVar
 
 import equinox as eqx
-from jaxtyping import Array
 
 from impactjax._fit.system import Handle, Start, System, handles
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.parameter import ranges
 from impactjax._simulate.simulate import InitialState
-
-Part = TypeVar("Part", bound=eqx.Module)
 
 
 def parameters_of(part: eqx.Module) -> dict[str, Handle]:
@@ -47,16 +42,3 @@ def chosen(part: eqx.Module, free: Sequence[str], fixed: Sequence[str]) -> dict[
     if not found:
         raise ValueError(f"{type(part).__name__} has no parameter that is left free.")
     return found
-
-
-def with_values(part: Part, parameters: dict[str, Handle], values: Array) -> Part:
-    """The part with some parameters set."""
-    paths = [handle.path for handle in parameters.values()]
-    return eqx.tree_at(
-        lambda each: [reduce(getattr, path, each) for path in paths], part, list(values)
-    )
-
-
-def value_of(part: eqx.Module, handle: Handle) -> Array:
-    """The value of one parameter of a part."""
-    return reduce(getattr, handle.path, part)

@@ -7,10 +7,11 @@ from jax.scipy import special
 from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.noise import autocovariances
 from impactjax._measure.recording import ImpactTimes
 from impactjax._types import Flag, Scalar
 
-_LAGS = 40
+_LAGS = 40  # of the autocorrelation, at most; a quarter of the number of samples at most
 _WINDOW = 0.25  # of the time until the next impact
 
 Residuals = Float[Array, " observations"]
@@ -60,7 +61,8 @@ def residuality(estimate: Estimate) -> Residuality:
     n = jnp.sum(valid).astype(estimate.residuals.dtype)
     left = jnp.where(valid, -estimate.residuals, 0.0)
     centred = jnp.where(valid, left - jnp.sum(left) / n, 0.0)
-    rho = _autocorrelation(centred)
+    covariances = autocovariances(centred, n, min(_LAGS, centred.shape[0] // 4))
+    rho = covariances[1:] / jnp.where(covariances[0] > 0, covariances[0], 1.0)
     lags = jnp.arange(1, rho.shape[0] + 1, dtype=left.dtype)
     portmanteau = n * (n + 2) * jnp.sum(rho**2 / (n - lags))
     freedom = jnp.asarray(max(rho.shape[0], 1), left.dtype)
@@ -80,15 +82,6 @@ def residuality(estimate: Estimate) -> Residuality:
         abnormal=jnp.exp(-n / 12 * (skewness**2 + kurtosis**2 / 4)),
         after_impacts=_after_impacts(estimate, left, valid),
     )
-
-
-def _autocorrelation(centred: Residuals) -> Float[Array, " lags"]:
-    """At lags up to forty, and a quarter of the number of samples at most."""
-    n = centred.shape[0]
-    lags = min(_LAGS, n // 4)
-    power = jnp.abs(jnp.fft.rfft(centred, 2 * n)) ** 2
-    products = jnp.fft.irfft(power, 2 * n)
-    return products[1 : lags + 1] / jnp.where(products[0] > 0, products[0], 1.0)
 
 
 def _runs(left: Residuals, valid: Valid) -> tuple[Int[Array, ""], Scalar, Scalar]:

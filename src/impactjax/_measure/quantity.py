@@ -65,7 +65,41 @@ class AbstractQuantity(eqx.Module):
         """Its time derivative there."""
 
 
-class Angle(AbstractQuantity):
+class AbstractPlace(AbstractQuantity):
+    """The coordinate itself."""
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        del model
+        return trajectory.position
+
+    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        del model
+        return trajectory.velocity
+
+
+class AbstractDifferenced(AbstractQuantity):
+    """A quantity whose rate is known by differences of its samples only."""
+
+    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        return slopes(trajectory.ts, self.value(model, trajectory))
+
+
+class AbstractSpeed(AbstractDifferenced):
+    """The rate of the coordinate."""
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        del model
+        return trajectory.velocity
+
+
+class AbstractAcceleration(AbstractDifferenced):
+    """The second derivative of the coordinate."""
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        return acceleration(model, trajectory)
+
+
+class Angle(AbstractPlace):
     """The angle of a pendulum."""
 
     name: ClassVar[str] = "angle"
@@ -73,16 +107,8 @@ class Angle(AbstractQuantity):
     shown: ClassVar[str] = "deg"
     of_angle: ClassVar[bool | None] = True
 
-    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        del model
-        return trajectory.position
 
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        del model
-        return trajectory.velocity
-
-
-class AngularVelocity(AbstractQuantity):
+class AngularVelocity(AbstractSpeed):
     """The angular velocity of a pendulum."""
 
     name: ClassVar[str] = "angular velocity"
@@ -90,15 +116,8 @@ class AngularVelocity(AbstractQuantity):
     shown: ClassVar[str] = "rad/s"
     of_angle: ClassVar[bool | None] = True
 
-    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        del model
-        return trajectory.velocity
 
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        return slopes(trajectory.ts, self.value(model, trajectory))
-
-
-class AngularAcceleration(AbstractQuantity):
+class AngularAcceleration(AbstractAcceleration):
     """The angular acceleration of a pendulum."""
 
     name: ClassVar[str] = "angular acceleration"
@@ -106,14 +125,8 @@ class AngularAcceleration(AbstractQuantity):
     shown: ClassVar[str] = "rad/s²"
     of_angle: ClassVar[bool | None] = True
 
-    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        return acceleration(model, trajectory)
 
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        return slopes(trajectory.ts, self.value(model, trajectory))
-
-
-class Displacement(AbstractQuantity):
+class Displacement(AbstractPlace):
     """The displacement of a mass on a line."""
 
     name: ClassVar[str] = "displacement"
@@ -121,16 +134,8 @@ class Displacement(AbstractQuantity):
     shown: ClassVar[str] = "mm"
     of_angle: ClassVar[bool | None] = False
 
-    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        del model
-        return trajectory.position
 
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        del model
-        return trajectory.velocity
-
-
-class Velocity(AbstractQuantity):
+class Velocity(AbstractSpeed):
     """The velocity of a mass on a line."""
 
     name: ClassVar[str] = "velocity"
@@ -138,15 +143,8 @@ class Velocity(AbstractQuantity):
     shown: ClassVar[str] = "m/s"
     of_angle: ClassVar[bool | None] = False
 
-    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        del model
-        return trajectory.velocity
 
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        return slopes(trajectory.ts, self.value(model, trajectory))
-
-
-class Acceleration(AbstractQuantity):
+class Acceleration(AbstractAcceleration):
     """The acceleration of a mass on a line, as seen from outside."""
 
     name: ClassVar[str] = "acceleration"
@@ -154,14 +152,8 @@ class Acceleration(AbstractQuantity):
     shown: ClassVar[str] = "m/s²"
     of_angle: ClassVar[bool | None] = False
 
-    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        return acceleration(model, trajectory)
 
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        return slopes(trajectory.ts, self.value(model, trajectory))
-
-
-class ProperAcceleration(AbstractQuantity):
+class ProperAcceleration(AbstractDifferenced):
     """What an accelerometer shows: contact and drag force over mass, zero in free fall."""
 
     name: ClassVar[str] = "proper acceleration"
@@ -172,11 +164,8 @@ class ProperAcceleration(AbstractQuantity):
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return proper_acceleration(model, trajectory)
 
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        return slopes(trajectory.ts, self.value(model, trajectory))
 
-
-class ContactForce(AbstractQuantity):
+class ContactForce(AbstractDifferenced):
     """The force of the stops on the mass, along its coordinate."""
 
     name: ClassVar[str] = "contact force"
@@ -186,9 +175,6 @@ class ContactForce(AbstractQuantity):
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return contact_force(model, trajectory)
-
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        return slopes(trajectory.ts, self.value(model, trajectory))
 
 
 QUANTITIES: tuple[AbstractQuantity, ...] = (

@@ -3,10 +3,11 @@
 import importlib.metadata
 import math
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from jaxtyping import ArrayLike
 
 from impactjax._fit.compare import Fitted
 from impactjax._fit.estimate import Estimate
@@ -23,14 +24,19 @@ from impactjax._report.words import residual_sentences
 _PACKAGES = ("impactjax", "jax", "jaxlib", "diffrax", "numpy", "scipy")
 
 
-def document(fits: Sequence[tuple[str, Fitted]], seed: int) -> dict[str, Any]:
-    """The content of `fit.json`: fits with the name of their recording, and what made them."""
+def document(
+    fits: Sequence[tuple[str, Fitted]], seed: int, notes: Mapping[str, Sequence[str]]
+) -> dict[str, Any]:
+    """The content of `fit.json`: fits with the name of their recording, what made them, and what
+    was left out of each recording.
+    """
     names = list(dict.fromkeys(name for name, _ in fits))
     return {
         "recording": ", ".join(names),
         "fits": [{"recording": name, **_fit(fitted)} for name, fitted in fits],
         "versions": versions(),
         "seed": seed,
+        "notes": {name: list(said) for name, said in notes.items()},
     }
 
 
@@ -129,7 +135,7 @@ def _fixed_parameters(estimate: Estimate) -> dict[str, Any]:
     }
 
 
-def _number(value: Any) -> float | None:  # noqa: ANN401
+def _number(value: ArrayLike) -> float | None:
     """A JSON number; null for what is not finite."""
     number = float(np.asarray(value))
     return number if math.isfinite(number) else None

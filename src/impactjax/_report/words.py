@@ -16,6 +16,7 @@ from impactjax._measure.recording import ImpactTimes
 from impactjax._report.units import shown_unit
 
 _CLEAR = 10.0  # a difference of AIC that leaves no doubt
+_FLOOR = 1.2  # times the error of quantisation: no other error is to be seen
 _LARGE = 1.5  # times the usual residual: the law misses something there
 
 
@@ -33,6 +34,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     told = identifiability(best.estimate)
     if not all(each.determined for each in findings(told)):
         found.append(coupling(told))
+    found += _at_the_floor(best.estimate, unit, factor)
     residuals = residuality(best.estimate)
     if not bool(residuals.independent):
         found.append(_independence(best.estimate, residuals))
@@ -83,6 +85,17 @@ def _open_sides(best: Fitted) -> list[str]:
         elif verdict is Verdict.ONE_SIDED:
             found.append(f"The record only tells that {name} is at least {low:.3g}{unit}.")
     return found
+
+
+def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:
+    """What there is to say if the steps of the recorded values are all that is left."""
+    floor = float(estimate.problem.system.sensor.floor()) ** 0.5
+    if not 0 < float(estimate.rms) < _FLOOR * floor:
+        return []
+    return [
+        f"The residual is what quantisation alone leaves ({floor * factor:.3g} {unit}): a better "
+        "law could not be told, a finer instrument might."
+    ]
 
 
 def residual_sentences(estimate: Estimate) -> list[str]:
