@@ -123,4 +123,9 @@ def _problem(recording: AnyRecording, setup: Setup, law: str, dry: bool) -> Prob
     system = replaced(posed.system, tuple(given), tuple(given.values())) if given else posed.system
     wanted = {*posed.names, *setup.free} - setup.fixed.keys()
     names = tuple(name for name in known if name in wanted)
-    return Problem(system, recording, names, effort(recording, seen, system.model))
+    return Problem(
+        system=system,
+        recording=recording,
+        names=names,
+        simulation=effort(recording, seen, system.model),
+    )

@@ -1,19 +1,22 @@
 """What a fit returns."""
 
+from typing import Generic, TypeVar
+
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from impactjax._fit.problem import Problem
-from impactjax._fit.system import System, handles, replaced
+from impactjax._fit.problem import AbstractProblem, Problem
+from impactjax._fit.system import System
 from impactjax._fit.verdict import Verdict
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Scalar
 
 PerParameter = Float[Array, "... parameters"]
+P = TypeVar("P", bound=AbstractProblem)
 
 
-class Estimate(eqx.Module):
+class Estimate(eqx.Module, Generic[P]):
     """Parameters with their uncertainty, in the order of `names`.
 
     - `values`, `standard_errors`: in the parameter's own unit.
@@ -26,7 +29,8 @@ class Estimate(eqx.Module):
     - `verdicts`: as `Verdict` numbers.
     - `residuals`: simulated minus recorded, in the recording's SI unit; 0 if not valid.
     - `jacobian`: derivatives of the residuals by the parameters, in their own units.
-    - `impacts`: the impact log of the fitted system.
+    - `impacts`: the impact log of the fitted system; with an axis of recordings if
+      several were fitted.
     - `rms`: root of the mean square of the residuals.
     - `aic`, `bic`: information criteria for normal residuals, of unknown size unless the
       sensor's is known.
@@ -35,7 +39,7 @@ class Estimate(eqx.Module):
     - `start_costs`: the cost, half the sum of squares, at the end of the search from each start.
     """
 
-    problem: Problem
+    problem: P
     values: PerParameter
     standard_errors: PerParameter
     inflation: PerParameter
@@ -61,16 +65,14 @@ class Estimate(eqx.Module):
         return self.problem.names
 
     @property
-    def system(self) -> System:
+    def system(self: "Estimate[Problem]") -> System:
         """Model, initial state and sensor with the fitted values."""
-        values = [self.values[..., i] for i in range(len(self.names))]
-        return replaced(self.problem.system, self.names, values)
+        return self.problem.system_with(self.values)
 
     @property
     def units(self) -> tuple[str, ...]:
         """The units of the fitted parameters."""
-        known = handles(self.problem.system)
-        return tuple(known[name].allowed.unit for name in self.names)
+        return tuple(handle.allowed.unit for handle in self.problem.handles().values())
 
     @property
     def correlation(self) -> Float[Array, "... parameters parameters"]:

@@ -1,16 +1,17 @@
 """The verb `fit`: model and recording → estimate."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import jax.numpy as jnp
 from jax.core import Tracer
 
-from impactjax._fit.estimate import Estimate
+from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
-from impactjax._fit.problem import Problem, Simulation
-from impactjax._fit.search import best_of, search
+from impactjax._fit.problem import Problem, Simulation, Tie
+from impactjax._fit.search import Lanes, best_of, search
 from impactjax._fit.starts import Starts
 from impactjax._fit.summary import summarise
 from impactjax._fit.system import Start, System, handles
@@ -33,7 +34,8 @@ def fit(
     simulation: Simulation = Simulation(),
     loss: AbstractLoss = Squares(),
     noise: AbstractNoise = AutoregressiveNoise(),
-) -> Estimate:
+    ties: Mapping[str, Tie] = MappingProxyType({}),
+) -> Estimate[Problem]:
     """Least squares between a simulated and a recorded motion, on exact Jacobians.
 
     The parameters' values in `model`, `initial` and `sensor` are where the search starts. What is
@@ -53,6 +55,8 @@ def fit(
     - `loss`: how much a residual counts: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` where some
       samples are far off.
     - `noise`: what the errors assume of the residuals.
+    - `ties`: parameters that follow from the others, each a function of all parameters by name:
+      `{"upper_r": lambda at: at["lower_r"]}`.
 
     **Raises** `ValueError` for a name that the system does not have, and for a recording with fewer
     observations than parameters. A fit that does not converge says so in the estimate.
@@ -67,14 +71,19 @@ def fit(
         simulation=simulation,
         loss=loss,
         noise=noise,
+        ties=ties,
     )
     return solve(problem, starts, optimiser)
 
 
-def solve(problem: Problem, starts: Starts, optimiser: LevenbergMarquardt) -> Estimate:
+def solve(problem: Problem, starts: Starts, optimiser: LevenbergMarquardt) -> Estimate[Problem]:
     """The estimate of the best of several searches."""
-    lanes = starts.lanes(problem)
-    parts = jnp.stack([problem.recording.first(share).valid for share in optimiser.horizons])
+    return best_from(problem, starts.lanes(problem), optimiser)
+
+
+def best_from(problem: P, lanes: Lanes, optimiser: LevenbergMarquardt) -> Estimate[P]:
+    """The estimate of the best of searches from some starts in the optimiser's coordinates."""
+    parts = jnp.stack([problem.first(share) for share in optimiser.horizons])
     minima = search(problem, optimiser, lanes, jnp.ones(lanes.shape, bool), parts)
     return summarise(problem, best_of(minima), minima.quadratic.cost)
 
@@ -90,6 +99,7 @@ def pose(
     simulation: Simulation = Simulation(),
     loss: AbstractLoss = Squares(),
     noise: AbstractNoise = AutoregressiveNoise(),
+    ties: Mapping[str, Tie] = MappingProxyType({}),
 ) -> Problem:
     """The problem that `fit` solves; its arguments are those of `fit`."""
     by_times = isinstance(recording, ImpactTimes)
@@ -97,13 +107,13 @@ def pose(
     unit = "s" if isinstance(recording, ImpactTimes) else recording.quantity.unit
     system = System(model, initial, Start(first), Sensor() if sensor is None else sensor, unit)
     known = handles(system)
-    for name in (*fixed, *free):
+    for name in (*fixed, *free, *ties):
         if name not in known:
             raise ValueError(f"There is no parameter `{name}`; there are {', '.join(known)}.")
     usual = {name for name, handle in known.items() if not handle.allowed.known}
     if by_times:
         usual = (usual | {"t0"}) - {"x0", "theta0"}
-    names = tuple(name for name in known if name in (usual | set(free)) - set(fixed))
+    names = tuple(name for name in known if name in (usual | set(free)) - {*fixed, *ties})
     traced = isinstance(recording.valid, Tracer)
     count = recording.valid.shape[0] if traced else int(recording.observations)
     if count <= len(names):
@@ -111,4 +121,12 @@ def pose(
             f"The recording has {count} observations, too few for {len(names)} parameters "
             f"({', '.join(names)}); fix some of them."
         )
-    return Problem(system, recording, names, simulation, loss, noise)
+    return Problem(
+        system=system,
+        recording=recording,
+        names=names,
+        simulation=simulation,
+        loss=loss,
+        noise=noise,
+        ties=tuple(ties.items()),
+    )

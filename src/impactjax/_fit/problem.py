@@ -1,27 +1,31 @@
-"""The residuals of a system against a recording."""
+"""What a fit minimises: the residuals of a system against a recording."""
 
+import abc
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from impactjax._fit.levenberg_marquardt import Quadratic, Vector
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
-from impactjax._fit.system import System, handles, replaced
+from impactjax._fit.system import Handle, System, handles, replaced
 from impactjax._fit.transform import to_range
-from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
+from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording, Valid
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.step import AbstractStep
+from impactjax._types import Scalar
 
 Residuals = Float[Array, " observations"]
+Tie = Callable[[Mapping[str, Scalar]], ArrayLike]
 
 
 class Answer(NamedTuple):
-    """What a simulation says about a recording."""
+    """What a simulation says about a recording, or several about theirs."""
 
     residuals: Residuals  # simulated minus recorded, in the recording's SI unit; 0 if not valid
     impacts: ImpactLog
@@ -37,8 +41,93 @@ class Simulation(eqx.Module):
     step: AbstractStep | None = None
 
 
-class Problem(eqx.Module):
-    """A recording, a system, which of its parameters are to be found, and what is assumed."""
+class Assumed(NamedTuple):
+    """How much a residual counts, and how residuals vary from record to record."""
+
+    loss: AbstractLoss
+    noise: AbstractNoise
+
+
+class AbstractProblem(eqx.Module):
+    """Residuals as a function of named parameters, and what is assumed of them.
+
+    - `names`: of the parameters to be found.
+    """
+
+    names: eqx.AbstractVar[tuple[str, ...]]
+
+    @abc.abstractmethod
+    def assumed(self) -> Assumed:
+        """What is assumed of the residuals."""
+
+    @abc.abstractmethod
+    def handles(self) -> dict[str, Handle]:
+        """What each of the parameters to be found may be, and where it is."""
+
+    @property
+    @abc.abstractmethod
+    def valid(self) -> Valid:
+        """Which residuals count."""
+
+    @abc.abstractmethod
+    def over(self, valid: Valid) -> "AbstractProblem":
+        """The problem with other residuals counted."""
+
+    @abc.abstractmethod
+    def first(self, share: float) -> Valid:
+        """Which residuals count in the first part of the time."""
+
+    @abc.abstractmethod
+    def answer(self, values: Vector) -> Answer:
+        """Residuals and their Jacobian with parameters in their natural units."""
+
+    @abc.abstractmethod
+    def variance(self) -> Scalar | None:
+        """Variance of a residual, if it is known."""
+
+    @property
+    @abc.abstractmethod
+    def log_units(self) -> Scalar:
+        """Sum of the logarithms of the units in which the residuals are given."""
+
+    @property
+    @abc.abstractmethod
+    def sizes_found(self) -> int:
+        """How many sizes of noise are found from the residuals."""
+
+    @property
+    def observations(self) -> Int[Array, ""]:
+        """How many residuals count."""
+        return jnp.sum(self.valid)
+
+    def values(self, u: Vector) -> Vector:
+        """Natural values from the optimiser's unbounded numbers."""
+        known = self.handles()
+        return jnp.stack([to_range(known[name].allowed, u[i]) for i, name in enumerate(self.names)])
+
+    def expand(self, u: Vector) -> Quadratic[Answer]:
+        """The cost around a point."""
+        values, slopes = jax.jvp(self.values, (u,), (jnp.ones_like(u),))
+        answer = self.answer(values)
+        residuals, jacobian = answer.residuals, answer.jacobian
+        assert jacobian is not None
+        loss = self.assumed().loss
+        weighted = loss.weight(residuals)[:, None] * jacobian
+        information = weighted.T @ jacobian
+        return Quadratic(
+            cost=jnp.sum(loss.cost(residuals)),
+            gradient=(weighted.T @ residuals) * slopes,
+            curvature=information * slopes[:, None] * slopes[None, :],
+            information=information,
+            answer=answer,
+        )
+
+
+class Problem(AbstractProblem):
+    """A recording, a system, which of its parameters are to be found, and what is assumed.
+
+    - `ties`: parameters that follow from the others, by name.
+    """
 
     system: System
     recording: AnyRecording
@@ -46,42 +135,59 @@ class Problem(eqx.Module):
     simulation: Simulation = Simulation()
     loss: AbstractLoss = Squares()
     noise: AbstractNoise = AutoregressiveNoise()
+    ties: tuple[tuple[str, Tie], ...] = eqx.field(static=True, default=())
 
     def __check_init__(self) -> None:
         if not self.names:
             raise ValueError("No parameter is left to fit; all are fixed.")
 
-    def answer(self, values: Vector) -> Answer:
-        """Residuals with parameters in their natural units."""
-        system = replaced(self.system, self.names, list(values))
-        if isinstance(self.recording, ImpactTimes):
-            return _of_impact_times(system, self.recording, self.simulation)
-        return _of_samples(system, self.recording, self.simulation)
+    def assumed(self) -> Assumed:
+        return Assumed(self.loss, self.noise)
 
-    def values(self, u: Vector) -> Vector:
-        """Natural values from the optimiser's unbounded numbers."""
+    def handles(self) -> dict[str, Handle]:
         known = handles(self.system)
-        return jnp.stack([to_range(known[name].allowed, u[i]) for i, name in enumerate(self.names)])
+        return {name: known[name] for name in self.names}
 
-    def expand(self, u: Vector) -> Quadratic[Answer]:
-        """The cost around a point."""
+    @property
+    def valid(self) -> Valid:
+        return self.recording.valid
 
+    def over(self, valid: Valid) -> "Problem":
+        return eqx.tree_at(lambda each: each.recording.valid, self, valid)
+
+    def first(self, share: float) -> Valid:
+        return self.recording.first(share).valid
+
+    def variance(self) -> Scalar | None:
+        return self.system.sensor.variance()
+
+    @property
+    def log_units(self) -> Scalar:
+        return jnp.zeros(())
+
+    @property
+    def sizes_found(self) -> int:
+        return int(self.variance() is None)
+
+    def system_with(self, values: Vector) -> System:
+        """The system with parameters in their natural units, and those that are tied to them."""
+        system = replaced(self.system, self.names, [values[..., i] for i in range(len(self.names))])
+        if not self.ties:
+            return system
+        at = {name: handle.get(system) for name, handle in handles(system).items()}
+        return replaced(system, [name for name, _ in self.ties], [tie(at) for _, tie in self.ties])
+
+    def answer(self, values: Vector) -> Answer:
         def residuals(values: Vector) -> tuple[Residuals, Answer]:
-            answer = self.answer(values)
+            system = self.system_with(values)
+            if isinstance(self.recording, ImpactTimes):
+                answer = _of_impact_times(system, self.recording, self.simulation)
+            else:
+                answer = _of_samples(system, self.recording, self.simulation)
             return answer.residuals, answer
 
-        values, slopes = jax.jvp(self.values, (u,), (jnp.ones_like(u),))
         jacobian, answer = jax.jacfwd(residuals, has_aux=True)(values)
-        weighted = self.loss.weight(answer.residuals)[:, None] * jacobian
-        gradient = weighted.T @ answer.residuals
-        information = weighted.T @ jacobian
-        return Quadratic(
-            cost=jnp.sum(self.loss.cost(answer.residuals)),
-            gradient=gradient * slopes,
-            curvature=information * slopes[:, None] * slopes[None, :],
-            information=information,
-            answer=answer._replace(jacobian=jacobian),
-        )
+        return answer._replace(jacobian=jacobian)
 
 
 def _of_samples(system: System, recording: Recording, simulation: Simulation) -> Answer:

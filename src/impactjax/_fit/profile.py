@@ -8,10 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from scipy import special
 
-from impactjax._fit.estimate import Estimate
+from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.search import search
-from impactjax._fit.system import handles
 from impactjax._fit.transform import to_unbounded
 from impactjax._fit.verdict import Verdict
 from impactjax._model.parameter import Range
@@ -22,8 +21,8 @@ _NEAR = 0.02  # of the limit: the end of the interval is found
 
 
 def profiled(
-    estimate: Estimate, optimiser: LevenbergMarquardt = LevenbergMarquardt(), lanes: int = 16
-) -> Estimate:
+    estimate: Estimate[P], optimiser: LevenbergMarquardt = LevenbergMarquardt(), lanes: int = 16
+) -> Estimate[P]:
     """The estimate with intervals and verdicts from the profile of the sum of squares.
 
     Each parameter is held at values on both sides of its estimate while the others are fitted
@@ -36,7 +35,7 @@ def profiled(
     - `optimiser`: for the refits.
     - `lanes`: how many refits run at once.
     """
-    ranges = [handles(estimate.problem.system)[name].allowed for name in estimate.names]
+    ranges = [handle.allowed for handle in estimate.problem.handles().values()]
     walks = [_begin(estimate, ranges, j, side) for j in range(len(ranges)) for side in (-1, 1)]
     for _ in range(_ROUNDS):
         going = [walk for walk in walks if not walk.done]
@@ -150,7 +149,7 @@ def _rises(
     columns = [to_unbounded(r, jnp.asarray(starts[:, k])) for k, r in enumerate(ranges)]
     unbounded = np.stack([np.asarray(column) for column in columns], axis=1)
     # The others start close: each part is the whole. As many as elsewhere, so nothing is compiled.
-    whole = jnp.tile(estimate.problem.recording.valid, (len(optimiser.horizons), 1))
+    whole = jnp.tile(estimate.problem.valid, (len(optimiser.horizons), 1))
     costs = []
     for begin in range(0, len(walks), lanes):
         rows = np.minimum(np.arange(begin, begin + lanes), len(walks) - 1)
@@ -163,9 +162,9 @@ def _rises(
         )
         costs.append(np.asarray(minima.quadratic.cost))
     squares = 2 * np.concatenate(costs)[: len(walks)]
-    n = int(estimate.problem.recording.observations)
+    n = int(estimate.problem.observations)
     best = 2 * float(np.nanmin(estimate.start_costs))
-    known = estimate.problem.system.sensor.variance()
+    known = estimate.problem.variance()
     variance = best / (n - len(estimate.names)) if known is None else float(known)
     excess = (squares - best) / variance
     return np.sqrt(np.maximum(np.where(np.isfinite(excess), excess, np.nan), 0))

@@ -6,8 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Minimum, Vector, minimise
-from impactjax._fit.problem import Answer, Problem
-from impactjax._fit.system import handles
+from impactjax._fit.problem import AbstractProblem, Answer
 from impactjax._fit.transform import farthest_move
 
 _EARLY = 1e-3  # relative decrease at which a part of the record is fitted well enough
@@ -19,7 +18,7 @@ Active = Bool[Array, " parameters"]
 
 @eqx.filter_jit
 def search(
-    problem: Problem,
+    problem: AbstractProblem,
     optimiser: LevenbergMarquardt,
     lanes: Lanes,
     active: Bool[Array, "lanes parameters"],
@@ -28,7 +27,7 @@ def search(
     """A minimum from each start, in the optimiser's coordinates, over one part of the observations
     after the other; the last part is the whole.
     """
-    known = handles(problem.system)
+    known = problem.handles()
     reach = jnp.array([farthest_move(known[name].allowed) for name in problem.names], lanes.dtype)
     reductions = jnp.full(parts.shape[0], _EARLY, lanes.dtype).at[-1].set(optimiser.reduction)
 
@@ -36,8 +35,7 @@ def search(
         def fit_part(u: Vector, part: tuple[Array, Array]) -> tuple[Vector, Minimum[Answer]]:
             valid, reduction = part
             u = jnp.where(_slopes(problem, u) < _FLAT * _slopes(problem, start), start, u)
-            own = eqx.tree_at(lambda each: each.recording.valid, problem, valid)
-            minimum = minimise(optimiser, own.expand, u, on, reach, reduction)
+            minimum = minimise(optimiser, problem.over(valid).expand, u, on, reach, reduction)
             return minimum.u, minimum
 
         _, minima = jax.lax.scan(fit_part, start, (parts, reductions))
@@ -47,7 +45,7 @@ def search(
     return jax.vmap(one)(lanes, active)
 
 
-def _slopes(problem: Problem, u: Vector) -> Vector:
+def _slopes(problem: AbstractProblem, u: Vector) -> Vector:
     """Of the natural values: flat at the end of a range, which no search would leave again."""
     return jnp.abs(jax.jvp(problem.values, (u,), (jnp.ones_like(u),))[1])
 

@@ -6,11 +6,9 @@ import numpy as np
 from jaxtyping import Array
 from scipy import special
 
-from impactjax._fit.estimate import Estimate
+from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.levenberg_marquardt import Minimum
-from impactjax._fit.loss import Squares
-from impactjax._fit.problem import Answer, Problem
-from impactjax._fit.system import handles
+from impactjax._fit.problem import AbstractProblem, Answer
 from impactjax._fit.verdict import Verdict
 from impactjax._types import Scalar
 
@@ -19,20 +17,21 @@ _NORMAL = float(special.ndtri(0.975))
 
 
 @eqx.filter_jit
-def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) -> Estimate:
+def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estimate[P]:
     """The estimate that a minimum stands for, in the approximation of small errors."""
     residuals, jacobian = minimum.quadratic.answer.residuals, minimum.quadratic.answer.jacobian
     assert jacobian is not None
-    count, p = problem.recording.observations, len(problem.names)
+    loss, noise = problem.assumed()
+    count, p = problem.observations, len(problem.names)
     n = count.astype(residuals.dtype)
     squares = 2 * minimum.quadratic.cost
     values = problem.values(minimum.u)
-    known = problem.system.sensor.variance()
+    known = problem.variance()
     variance = squares / (n - p) if known is None else known
-    stiffness = problem.loss.stiffness(residuals)[:, None]
+    stiffness = loss.stiffness(residuals)[:, None]
     half, informative = _half_inverse(jacobian.T @ (stiffness * jacobian))
     independent = variance * jnp.eye(p, dtype=values.dtype)
-    assumed = known is not None and isinstance(problem.loss, Squares)
+    assumed = known is not None and loss.suits_normal_noise()
     correlated, samples = _spread(problem, residuals, n, jacobian @ half)
     spread, freedom = (independent, jnp.full_like(n, jnp.inf)) if assumed else (correlated, samples)
     infinite = jnp.diag(jnp.where(informative, 0.0, jnp.inf))
@@ -40,15 +39,15 @@ def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) ->
     plain = variance * jnp.sum(half**2, axis=1)
     errors = jnp.sqrt(jnp.diagonal(covariance))
     half_width = _quantile(freedom, residuals.shape[0]) * errors
-    places = handles(problem.system)
+    places = problem.handles()
     lowest = jnp.array([places[name].allowed.low for name in problem.names], values.dtype)
     highest = jnp.array([places[name].allowed.high for name in problem.names], values.dtype)
     low, high = jnp.maximum(values - half_width, lowest), jnp.minimum(values + half_width, highest)
     size = squares / n if known is None else known
     simulated = jnp.isfinite(squares)
-    likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2
+    likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2 - problem.log_units
     likelihood = jnp.where(simulated, likelihood, -jnp.inf)
-    found = p + (known is None)
+    found = p + problem.sizes_found
     return Estimate(
         problem=problem,
         values=values,
@@ -58,7 +57,7 @@ def summarise(problem: Problem, minimum: Minimum[Answer], start_costs: Array) ->
         covariance=covariance,
         inflation=jnp.where(plain > 0, errors / jnp.sqrt(jnp.where(plain > 0, plain, 1.0)), 1.0),
         freedom=freedom,
-        memory=problem.noise.order(problem.loss.score(residuals), n),
+        memory=noise.order(loss.score(residuals), n),
         verdicts=verdicts(low > lowest, high < highest),
         residuals=residuals,
         jacobian=jacobian,
@@ -79,7 +78,7 @@ def verdicts(below: Array, above: Array) -> Array:
 
 
 def _spread(
-    problem: Problem, residuals: Array, n: Scalar, directions: Array
+    problem: AbstractProblem, residuals: Array, n: Scalar, directions: Array
 ) -> tuple[Array, Scalar]:
     """Covariance of the pull along some directions of the residuals, and its degrees of freedom.
 
@@ -88,11 +87,12 @@ def _spread(
     their spread along the directions over that of independent ones.
     """
     p = directions.shape[1]
-    scores = problem.loss.score(residuals)
+    loss, noise = problem.assumed()
+    scores = loss.score(residuals)
     size = jnp.sum(scores**2) / n
     lacking = jnp.maximum(1 - jnp.sum(directions**2, axis=0), 0)
     lost = jnp.diag(jnp.where(lacking > _LOST, lacking, 0.0)) * size
-    spread = problem.noise.spread(scores, n, directions) + lost
+    spread = noise.spread(scores, n, directions) + lost
     kappa = jnp.trace(spread) / (p * jnp.where(size > 0, size, 1.0))
     effective = jnp.maximum(n / jnp.maximum(kappa, 1.0), p + 1.0)
     return spread * effective / (effective - p), effective - p

@@ -4,7 +4,6 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.system import handles
 from impactjax._identify.information import Information, informed
 
 
@@ -15,8 +14,7 @@ def identifiability(estimate: Estimate) -> Information:
     The size of the noise is the one that agrees with the standard errors of the estimate, so that a
     widening for correlated residuals counts here too. Works under `jit` and `vmap`.
     """
-    known = handles(estimate.problem.system)
-    parameters = {name: known[name] for name in estimate.names}
+    parameters = estimate.problem.handles()
     bounds = informed(parameters, estimate.values, estimate.jacobian).bounds
     usable = jnp.isfinite(bounds) & jnp.isfinite(estimate.standard_errors) & (bounds > 0)
     ratio = jnp.where(usable, estimate.standard_errors / jnp.where(usable, bounds, 1.0), jnp.nan)

@@ -9,6 +9,8 @@ from impactjax._types import Samples
 
 Valid = Bool[Array, " observations"]
 
+_PADDING = 1e-3  # distance of samples that only fill up, relative to the others'
+
 
 class Recording(eqx.Module):
     """A quantity sampled in time.
@@ -48,6 +50,22 @@ class Recording(eqx.Module):
         """The recording with only the samples of the first part of its time counted."""
         end = self.ts[0] + share * (self.ts[-1] - self.ts[0])
         return Recording(self.ts, self.values, self.quantity, self.valid & (self.ts <= end))
+
+    def padded(self, count: int) -> "Recording":
+        """The recording with samples after its end, which do not count, up to a number of them:
+        recordings of one length share one compiled program.
+        """
+        more = count - self.ts.shape[0]
+        if more <= 0:
+            return self
+        beyond = jnp.arange(1, more + 1, dtype=self.ts.dtype)
+        later = self.ts[-1] + _PADDING * (self.ts[-1] - self.ts[-2]) * beyond
+        return Recording(
+            jnp.concatenate([self.ts, later]),
+            jnp.pad(self.values, (0, more), mode="edge"),
+            self.quantity,
+            jnp.pad(self.valid, (0, more)),
+        )
 
     @property
     def observations(self) -> Int[Array, "..."]:

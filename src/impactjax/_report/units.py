@@ -3,7 +3,6 @@
 import math
 
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.system import handles
 from impactjax._fit.verdict import Verdict
 from impactjax._measure.recording import AnyRecording, ImpactTimes
 
@@ -30,7 +29,7 @@ def quoted(estimate: Estimate, name: str) -> str:
 def bounds(estimate: Estimate, name: str) -> tuple[float, float]:
     """The 95 % interval, without end where only the parameter's range ends it."""
     i = estimate.names.index(name)
-    allowed = handles(estimate.problem.system)[name].allowed
+    allowed = estimate.problem.handles()[name].allowed
     low, high = float(estimate.low[i]), float(estimate.high[i])
     return low if low > allowed.low else -math.inf, high if high < allowed.high else math.inf
 

@@ -7,7 +7,6 @@ import numpy as np
 from impactjax._fit.compare import Fitted, behind
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.laws import NO_LAW
-from impactjax._fit.system import handles
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residuals import Residuality, residuality
@@ -72,7 +71,7 @@ def _ranking(fits: Sequence[Fitted]) -> str:
 
 def _open_sides(best: Fitted) -> list[str]:
     estimate, found = best.estimate, []
-    known = handles(estimate.problem.system)
+    known = estimate.problem.handles()
     for i, name in enumerate(estimate.names):
         allowed = known[name].allowed
         unit = "" if allowed.unit == "1" else f" {allowed.unit}"
