@@ -12,6 +12,8 @@ from impactjax._analytic.piecewise import PiecewiseAnalytical as PiecewiseAnalyt
 from impactjax._analytic.piecewise import piecewise_analytical as piecewise_analytical
 from impactjax._analytic.successive_peaks import Rebound as Rebound
 from impactjax._analytic.successive_peaks import successive_peaks as successive_peaks
+from impactjax._fit.bootstrap import Bootstrap as Bootstrap
+from impactjax._fit.bootstrap import bootstrap as bootstrap
 from impactjax._fit.compare import Fitted as Fitted
 from impactjax._fit.compare import Setup as Setup
 from impactjax._fit.compare import compare as compare

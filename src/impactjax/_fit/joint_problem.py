@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int, Key
 
 from impactjax._fit.levenberg_marquardt import Matrix, Vector
 from impactjax._fit.loss import AbstractLoss, Residuals
@@ -90,6 +90,21 @@ class JointProblem(AbstractProblem):
     def variance(self) -> Scalar | None:
         return jnp.ones(()) if self.sizes_found == 0 else None
 
+    def moved(self, rows: Float[Array, " observations"]) -> "JointProblem":
+        """What is known beforehand moves too."""
+        *parts, known = _blocks(rows, self._lengths)
+        problems = [
+            each.moved(part * size)
+            for each, part, size in zip(self.problems, parts, self.sizes, strict=True)
+        ]
+        priors = [
+            Normal(each.mean - each.sigma * known[i], each.sigma)
+            for i, each in enumerate(self.priors)
+        ]
+        return eqx.tree_at(
+            lambda each: (each.problems, each.priors), self, (tuple(problems), tuple(priors))
+        )
+
     @property
     def log_units(self) -> Scalar:
         each = [
@@ -162,6 +177,18 @@ class _JointNoise(AbstractNoise):
             for noise, n, block, slopes in zip(self.noises, self.counts, own, rows, strict=False)
         ]
         return sum(each, known.T @ known)
+
+    def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
+        del count
+        *own, known = _blocks(scores, self.lengths)
+        keys = jax.random.split(key, len(own) + 1)
+        each = [
+            noise.drawn(own_key, block, n.astype(scores.dtype))
+            for noise, own_key, n, block in zip(
+                self.noises, keys[:-1], self.counts, own, strict=True
+            )
+        ]
+        return jnp.concatenate([*each, jax.random.normal(keys[-1], known.shape, scores.dtype)])
 
 
 def _blocks(rows: Array, lengths: Sequence[int]) -> list[Array]:

@@ -3,8 +3,9 @@
 import abc
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float, Int, Key
 
 from impactjax._fit.levenberg_marquardt import Matrix
 from impactjax._types import Scalar
@@ -24,6 +25,10 @@ class AbstractNoise(eqx.Module):
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
         """Covariance of Jᵀ e, with errors e like the `count` scores that are not zero."""
 
+    @abc.abstractmethod
+    def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
+        """Normal errors like the scores."""
+
 
 class WhiteNoise(AbstractNoise):
     """Independent errors of one size: σ² Jᵀ J."""
@@ -34,6 +39,10 @@ class WhiteNoise(AbstractNoise):
 
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
         return jnp.sum(scores**2) / count * (jacobian.T @ jacobian)
+
+    def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
+        size = jnp.sqrt(jnp.sum(scores**2) / count)
+        return size * jax.random.normal(key, scores.shape, scores.dtype)
 
 
 class AutoregressiveNoise(AbstractNoise):
@@ -57,16 +66,27 @@ class AutoregressiveNoise(AbstractNoise):
         return self._fitted(scores, count)[0]
 
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
-        _, weights, variance = self._fitted(scores, count)
         length = 2 * scores.shape[0]
-        spectrum = (
-            variance / jnp.abs(jnp.fft.rfft(jnp.concatenate([jnp.ones(1), -weights]), length)) ** 2
-        )
+        spectrum = self._spectrum(scores, count, length)
         twice = jnp.full_like(spectrum, 2.0).at[0].set(1.0).at[-1].set(1.0)  # ω and −ω
         transformed = jnp.fft.rfft(jacobian, length, axis=0)
         weights = (twice * spectrum)[:, None] / length
         real, imaginary = jnp.real(transformed), jnp.imag(transformed)
         return real.T @ (weights * real) + imaginary.T @ (weights * imaginary)
+
+    def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
+        length = 2 * scores.shape[0]
+        white = jax.random.normal(key, (length,), scores.dtype)
+        gain = jnp.sqrt(self._spectrum(scores, count, length))
+        transformed = jnp.fft.rfft(white)
+        shaped = jax.lax.complex(gain * transformed.real, gain * transformed.imag)
+        return jnp.fft.irfft(shaped, length)[: scores.shape[0]]
+
+    def _spectrum(self, scores: Scores, count: Scalar, length: int) -> Float[Array, " frequencies"]:
+        """S at the frequencies of a record of some length."""
+        _, weights, variance = self._fitted(scores, count)
+        one = jnp.ones(1, scores.dtype)
+        return variance / jnp.abs(jnp.fft.rfft(jnp.concatenate([one, -weights]), length)) ** 2
 
     def _fitted(self, scores: Scores, count: Scalar) -> tuple[Int[Array, ""], Array, Scalar]:
         """Order, weights a₁, a₂, ... with zeros beyond the order, and variance σ²."""

@@ -85,6 +85,10 @@ class AbstractProblem(eqx.Module):
     def variance(self) -> Scalar | None:
         """Variance of a residual, if it is known."""
 
+    @abc.abstractmethod
+    def moved(self, rows: Residuals) -> "AbstractProblem":
+        """The problem with so much taken from what was recorded: the residuals grow by it."""
+
     @property
     @abc.abstractmethod
     def log_units(self) -> Scalar:
@@ -160,6 +164,11 @@ class Problem(AbstractProblem):
 
     def variance(self) -> Scalar | None:
         return self.system.sensor.variance()
+
+    def moved(self, rows: Residuals) -> "Problem":
+        if isinstance(self.recording, ImpactTimes):
+            return eqx.tree_at(lambda each: each.recording.times, self, self.recording.times - rows)
+        return eqx.tree_at(lambda each: each.recording.values, self, self.recording.values - rows)
 
     @property
     def log_units(self) -> Scalar:

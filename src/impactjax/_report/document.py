@@ -129,6 +129,7 @@ def _fixed_parameters(estimate: Estimate) -> dict[str, Any]:
             "interval95": None,
             "unit": handle.allowed.unit,
             "verdict": str(Verdict.FIXED),
+            "error_inflation": None,
         }
         for name, handle in handles(system).items()
         if name not in estimate.names

@@ -1,0 +1,80 @@
+"""The bootstrap against the errors of linear regression."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy import signal
+
+import impactjax as ij
+
+TS = np.linspace(0.0, 2.0, 201)
+LINE = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5), gap=9.0))  # never reached
+QUICK = ij.Simulation(max_steps=16, max_impacts=2, step=ij.TaylorStep(order=4))
+
+
+def fitted(errors: np.ndarray, sensor: ij.Sensor | None = None) -> ij.Estimate:
+    recording = ij.Recording(
+        jnp.asarray(TS), jnp.asarray(0.3 + 0.7 * TS + errors), ij.Displacement()
+    )
+    return ij.fit(
+        LINE,
+        recording,
+        initial=ij.InitialState(0.1, 0.5),
+        sensor=sensor,
+        fixed=("r",),
+        simulation=QUICK,
+    )
+
+
+def white(seed: int = 1) -> np.ndarray:
+    return 0.05 * np.random.default_rng(seed).standard_normal(len(TS))
+
+
+def autoregression(innovations: np.ndarray) -> np.ndarray:
+    """e of eₜ = 0.8 eₜ₋₁ + innovation."""
+    return np.asarray(signal.lfilter([1.0], [1.0, -0.8], innovations))
+
+
+@pytest.mark.parametrize("sigma", [None, 0.08])
+def test_white_noise_gives_the_errors_of_regression(sigma):
+    estimate = fitted(white(), None if sigma is None else ij.Sensor(sigma=sigma))
+    found = ij.bootstrap(estimate, 1000)
+    assert bool(np.all(found.converged))
+    np.testing.assert_allclose(found.standard_errors, estimate.standard_errors, rtol=0.08)
+    little = 0.15 * float(jnp.max(estimate.standard_errors))
+    np.testing.assert_allclose(found.low, estimate.low, atol=little)
+    np.testing.assert_allclose(found.high, estimate.high, atol=little)
+    assert np.all(np.abs(found.bias) < 0.15 * estimate.standard_errors)
+
+
+def test_correlated_residuals_are_drawn_correlated():
+    """An autoregression of 0.8 triples the errors."""
+    estimate = fitted(autoregression(white()))
+    found = ij.bootstrap(estimate, 1000)
+    assert np.all(estimate.inflation > 2)
+    np.testing.assert_allclose(found.standard_errors, estimate.standard_errors, rtol=0.15)
+
+
+def test_the_drawn_noise_has_the_spectrum_of_an_autoregression():
+    """Autocovariances of the drawn noise: σ² 0.8ᵏ / (1 − 0.8²)."""
+    scores = autoregression(np.random.default_rng(2).standard_normal(20000))
+    keys = jax.random.split(jax.random.key(0), 200)
+    noise = ij.AutoregressiveNoise(most=1)
+    drawn = np.asarray(
+        jax.vmap(lambda key: noise.drawn(key, jnp.asarray(scores), jnp.asarray(20000.0)))(keys)
+    )
+    found = [np.mean(drawn[:, : 20000 - k] * drawn[:, k:]) for k in range(4)]
+    np.testing.assert_allclose(found, 0.8 ** np.arange(4) / 0.36, rtol=0.04)
+
+
+def test_one_seed_gives_one_answer():
+    estimate = fitted(white())
+    one, same, other = (ij.bootstrap(estimate, 20, seed=seed).values for seed in (3, 3, 4))
+    np.testing.assert_array_equal(one, same)
+    assert not np.allclose(one, other)
+
+
+def test_one_record_is_refused():
+    with pytest.raises(ValueError, match="at least 2"):
+        ij.bootstrap(fitted(white()), 1)
