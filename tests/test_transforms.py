@@ -10,7 +10,9 @@ from systems import CASES, TIMES
 
 
 def run(case, parameters):
-    return ij.simulate(case.model(parameters), case.initial(parameters), TIMES)
+    return ij.simulate(
+        case.model(parameters), case.initial(parameters), TIMES, step=ij.TaylorStep(order=8)
+    )
 
 
 def lanes(case, count=5):
