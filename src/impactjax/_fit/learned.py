@@ -1,6 +1,7 @@
 """What is learned, and what `learn` returns."""
 
 from collections.abc import Callable
+from functools import reduce
 
 import equinox as eqx
 import jax
@@ -118,11 +119,13 @@ def places(system: System, where: Where) -> tuple[int, ...]:
 
     **Raises** `ValueError` if one of them is a parameter with a name.
     """
-    chosen = eqx.tree_at(where, jax.tree.map(lambda _: False, system), replace_fn=lambda _: True)
+    leaves, structure = jax.tree.flatten(system)
+    numbered = jax.tree.unflatten(structure, range(len(leaves)))
+    chosen = tuple(jax.tree.leaves(where(numbered)))
     for name, handle in handles(system).items():
-        if handle.get(chosen) is True:
+        if reduce(getattr, handle.path, numbered) in chosen:
             raise ValueError(
                 f"Argument `where` picks the parameter `{name}`, which has a name and a range; "
                 "arguments `fixed` and `free` say whether it is found."
             )
-    return tuple(i for i, picked in enumerate(jax.tree.leaves(chosen)) if picked)
+    return chosen

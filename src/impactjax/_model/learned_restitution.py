@@ -42,8 +42,8 @@ class LearnedRestitution(AbstractImpactLaw):
 
     @staticmethod
     def like(law: AbstractImpactLaw, speeds: ArrayLike) -> "LearnedRestitution":
-        """A law near another one, to start from: equal at the first and the last speed, with slopes
-        between in the same proportion. Each share is at least 0.001, so that all can be learned.
+        """A law near another one, to start from: each share is the fall of r from halfway to the
+        speed before to halfway to the speed after, but at least 0.001 so that all can be learned.
 
         **Arguments:**
 
@@ -51,13 +51,9 @@ class LearnedRestitution(AbstractImpactLaw):
         - `speeds`: of the new law [m/s].
         """
         speeds = as_parameter(speeds)
-        left, right = _neighbours(speeds)
-        slopes = jax.vmap(jax.grad(law.restitution))(speeds)
-        drops = jnp.maximum(-slopes * (right - left), 0)
-        whole = jnp.sum(drops)
-        first, last = law.restitution(speeds[0]), law.restitution(speeds[-1])
-        drops = drops * (first - last) / jnp.where(whole > 0, whole, 1.0)
-        shares = jnp.concatenate([(1 - first)[None], drops, last[None]])
+        halfway = jnp.concatenate([speeds[:1], (speeds[1:] + speeds[:-1]) / 2, speeds[-1:]])
+        r = law.restitution(halfway)
+        shares = jnp.concatenate([1 - r[:1], r[:-1] - r[1:], r[-1:]])
         return LearnedRestitution(speeds, jnp.log(jnp.maximum(shares, _LEAST_SHARE)))
 
     def restitution(self, speed: Speed) -> Ratio:
@@ -81,17 +77,11 @@ class LearnedRestitution(AbstractImpactLaw):
         raise_if_violated(self, requirements)
 
 
-def _neighbours(speeds: Shares) -> tuple[Shares, Shares]:
-    """The speed before and the speed after each; at the ends, the speed itself."""
-    left = jnp.concatenate([speeds[:1], speeds[:-1]])
-    return left, jnp.concatenate([speeds[1:], speeds[-1:]])
-
-
 def _rises(speeds: Shares, speed: Speed) -> Float[Array, "... speeds"]:
     """The integrals Iₖ of the hat functions, each of area one."""
-    left, right = _neighbours(speeds)
-    before, after = speeds - left, right - speeds
-    v = speed[..., None]
-    up = jnp.clip((v - left) / jnp.where(before > 0, before, 1.0), 0, 1)
-    down = jnp.clip((v - speeds) / jnp.where(after > 0, after, 1.0), 0, 1)
+    before = jnp.diff(speeds, prepend=speeds[:1])
+    after = jnp.diff(speeds, append=speeds[-1:])
+    beyond = speed[..., None] - speeds
+    up = jnp.clip(1 + beyond / jnp.where(before > 0, before, 1.0), 0, 1)
+    down = jnp.clip(beyond / jnp.where(after > 0, after, 1.0), 0, 1)
     return (before * up**2 + after * down * (2 - down)) / (before + after)

@@ -5,6 +5,7 @@ from functools import cache
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton, initial_mode, with_internal
@@ -12,7 +13,6 @@ from impactjax._simulate.runge_kutta import RungeKutta
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.taylor import NotAnalytic
 from impactjax._simulate.taylor_step import TaylorStep
-from impactjax._types import Scalar
 
 
 def natural_step(model: ImpactOscillator) -> AbstractStep:
@@ -26,7 +26,7 @@ def natural_step(model: ImpactOscillator) -> AbstractStep:
 def _is_analytic(structure: Hashable, shapes: tuple[tuple[int, ...], ...]) -> bool:
     """Whether models of a structure with parameters of such shapes have Taylor series."""
 
-    def expand(*leaves: Scalar) -> object:
+    def expand(*leaves: Array) -> object:
         model = jax.tree.unflatten(structure, leaves)
         number = jnp.zeros(())
         y = with_internal(model, number, number)

@@ -1,0 +1,329 @@
+"""Gradient descent through the simulator, against laws that were never told and against SciPy."""
+
+import functools
+import math
+from typing import ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+import pytest
+from jaxtyping import Array
+from scipy import optimize
+
+import impactjax as ij
+from impactjax._fit.descent import History, begin, step
+
+GRAVITY = 9.80665
+COUNT, NOISE = 40, 1e-4
+KNOTS = np.geomspace(0.2, 3.0, 10)
+EFFORT = ij.Simulation(max_steps=128)
+
+
+@pytest.fixture(autouse=True)
+def _optax_promotes():
+    with jax.numpy_dtype_promotion("standard"):
+        yield
+
+
+def softening(v):
+    """Elastic below, plastic above, and between: r falls from 0.92 to 0.80 around 1.5 m/s."""
+    return 0.80 + 0.12 / (1 + (v / 1.5) ** 6)
+
+
+def bounces(restitution, speed=3.0, start=0.3, count=COUNT):
+    """Times of a ball's impacts and its approach speeds: a flight at speed u lasts 2 u / g."""
+    times, speeds = [start], []
+    for _ in range(count - 1):
+        times.append(times[-1] + 2 * speed / GRAVITY)
+        speeds.append(speed)
+        speed = float(restitution(speed)) * speed
+    return np.array(times), np.array(speeds)
+
+
+def heard(restitution, seed=0):
+    times, _ = bounces(restitution)
+    noise = NOISE * np.random.default_rng(seed).standard_normal(COUNT)
+    return ij.ImpactTimes(jnp.asarray(times + noise))
+
+
+NAMED = {
+    "restitution": (lambda p, v: p[0], [0.88]),
+    "linear": (lambda p, v: p[0] - p[1] * v, [0.94, 0.044]),
+    "power": (lambda p, v: min(p[0] * v ** -p[1], 1), [0.89, 0.03]),
+}
+
+
+@functools.cache
+def by_scipy(name, seed=0):
+    """The named law that is nearest to what was heard, by another simulator and optimiser."""
+    law, start = NAMED[name]
+    times = np.asarray(heard(softening, seed).times)
+
+    def residuals(p):
+        return bounces(lambda v: law(p, v), p[-2], p[-1])[0] - times
+
+    found = optimize.least_squares(
+        residuals, [*start, 2.8, 0.3], x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15
+    )
+    covariance = np.linalg.inv(found.jac.T @ found.jac) * 2 * found.cost / (COUNT - len(found.x))
+    return found.x, covariance, math.sqrt(2 * found.cost / COUNT)
+
+
+def ball(law):
+    return ij.ImpactOscillator(ij.BouncingBall(GRAVITY), ij.Stop(law))
+
+
+def learned(recording, law, told=None):
+    return ij.learn(
+        ball(law),
+        recording,
+        initial=ij.InitialState(0.0, 2.9),
+        where=lambda system: system.model.lower.law.weights,
+        simulation=EFFORT,
+        tell=told,
+    )
+
+
+@functools.cache
+def of_softening():
+    told = []
+    r0, alpha, *_ = by_scipy("linear")[0]
+    law = ij.LearnedRestitution.like(ij.LinearRestitution(r0, alpha), KNOTS)
+    return learned(heard(softening), law, told.append), told
+
+
+# A material between the named ones: what no law describes is found all the same.
+
+
+def test_a_law_that_nobody_has_named_is_found():
+    found, _ = of_softening()
+    assert found.converged
+    assert found.rms < 1.1 * NOISE
+    least = min(by_scipy(name)[2] for name in NAMED)
+    assert least > 50 * NOISE
+    _, speeds = bounces(softening)
+    v = np.linspace(speeds.min(), speeds.max(), 200)
+    middle, _ = ij.restitution_band(found, v)
+    np.testing.assert_allclose(middle, softening(v), rtol=5e-3)
+    assert abs(float(found.value("x_dot0")) - 3) < 3e-3
+    assert abs(float(found.value("t0")) - 0.3) < 3e-4
+
+
+def test_beyond_the_speeds_of_the_impacts_nothing_is_known():
+    found, _ = of_softening()
+    speeds = found.impacts.approach_speed[found.impacts.happened]
+    _, errors = ij.restitution_band(found, [speeds.min() / 2, 1.0, 2.0, speeds.max() * 1.1])
+    assert np.all(np.isinf(np.asarray(errors)) == [True, False, False, True])
+
+
+def test_it_says_how_far_it_is():
+    found, told = of_softening()
+    assert told[0].startswith("0 of 25 rounds, rms residual 0.0")
+    assert told[-1].startswith(f"{len(told) - 1} of 25 rounds, rms residual {float(found.rms):.4g}")
+    costs = np.asarray(found.costs)
+    taken = int(found.iterations)
+    assert np.all(np.isfinite(costs[:taken]))
+    assert np.all(np.isnan(costs[taken:]))
+    np.testing.assert_allclose(np.min(costs[:taken]), found.rms**2 * COUNT / 2, rtol=1e-6)
+    assert found.refused == 0
+
+
+def test_the_band_holds_the_truth_as_often_as_it_promises():
+    truth = ij.LearnedRestitution(KNOTS, np.array([2.6, *np.linspace(0.0, 1.2, 10), 5.0]))
+    start = ij.LearnedRestitution.like(ij.LinearRestitution(0.9, 0.05), KNOTS)
+    curve = eqx.filter_jit(truth.restitution)
+    _, speeds = bounces(lambda v: curve(jnp.asarray(v)))
+    inside = []
+    for seed in range(8):
+        found = learned(heard(lambda v: curve(jnp.asarray(v)), seed), start)
+        middle, errors = ij.restitution_band(found, np.linspace(0.3, 2.5, 12))
+        wrong = np.asarray(middle - truth.restitution(jnp.linspace(0.3, 2.5, 12)))
+        inside.append(np.abs(wrong) < 1.96 * np.asarray(errors))
+    print(np.mean(inside, axis=1), speeds.min())
+    assert np.mean(inside) > 0.85
+
+
+# The first-order alternative for a law with a name, many recordings at once.
+
+
+@functools.cache
+def named():
+    def one(times):
+        return ij.learn(
+            ball(ij.LinearRestitution(0.92, 0.035)),
+            ij.ImpactTimes(times),
+            initial=ij.InitialState(0.0, 2.9),
+            optimiser=optax.adam(0.1),
+            steps=40,
+            rounds=10,
+            simulation=EFFORT,
+            noise=ij.WhiteNoise(),
+        )
+
+    return jax.jit(jax.vmap(one))(jnp.stack([heard(softening, seed).times for seed in range(3)]))
+
+
+def test_adam_ends_where_scipy_does():
+    many = named()
+    assert many.names == ("r0", "alpha", "x_dot0", "t0")
+    assert np.all(many.converged)
+    for seed in range(3):
+        values, covariance, rms = by_scipy("linear", seed)
+        one = jax.tree.map(lambda x: x[seed], many)
+        found = np.array([float(one.value(name)) for name in many.names])
+        wrong = (found - values) / np.sqrt(np.diag(covariance))
+        assert np.max(np.abs(wrong)) < 0.1
+        np.testing.assert_allclose(one.rms, rms, rtol=1e-3)
+
+
+def test_the_band_of_a_named_law_is_that_of_its_covariance():
+    one = jax.tree.map(lambda x: x[0], named())
+    _, covariance, _ = by_scipy("linear")
+    v = np.array([0.3, 1.0, 2.0])
+    along = np.stack([np.ones(3), -v, np.zeros(3), np.zeros(3)], axis=1)
+    expected = np.sqrt(np.sum(along @ covariance * along, axis=1))
+    np.testing.assert_allclose(ij.restitution_band(one, v)[1], expected, rtol=1e-2)
+
+
+# A law of one's own, with so many weights that the gradient is that of reverse mode.
+
+
+class Mean(ij.AbstractImpactLaw):
+    """As many weights as you like, of which only the mean counts."""
+
+    weights: Array = eqx.field(converter=ij.as_parameter)
+    traces: ClassVar[list[int]] = []
+
+    def restitution(self, speed):
+        self.traces.append(1)
+        return jnp.mean(self.weights) * jnp.ones_like(speed)
+
+
+TS = np.linspace(0.0, 1.2, 61)
+
+
+def heights(r, x0):
+    """Of a ball dropped from rest."""
+    speed, begin = math.sqrt(2 * GRAVITY * x0), -math.sqrt(2 * x0 / GRAVITY)
+    begin, out = -begin - 2 * speed / GRAVITY, np.zeros(len(TS))
+    while begin < TS[-1]:
+        s = TS - begin
+        flies = (s >= 0) & (s < 2 * speed / GRAVITY)
+        out[flies] = (speed * s - GRAVITY * s**2 / 2)[flies]
+        begin, speed = begin + 2 * speed / GRAVITY, r * speed
+    return out
+
+
+VALUES = heights(0.8, 0.5) + 2e-3 * np.random.default_rng(5).standard_normal(61)
+
+
+def of_mean(r, x0):
+    return ij.learn(
+        ball(Mean(jnp.full(60, r))),
+        ij.Recording(jnp.asarray(TS), jnp.asarray(VALUES), ij.Displacement()),
+        initial=ij.InitialState(jnp.asarray(x0)),
+        where=lambda system: system.model.lower.law.weights,
+        fixed=("x_dot0",),
+        simulation=ij.Simulation(max_steps=32, max_impacts=8),
+    )
+
+
+@functools.cache
+def of_many_weights():
+    return of_mean(0.75, 0.49)
+
+
+def test_many_weights_end_where_scipy_does():
+    found = of_many_weights()
+    known = optimize.least_squares(lambda p: heights(*p) - VALUES, [0.8, 0.5], jac="3-point")
+    errors = np.sqrt(np.diag(np.linalg.inv(known.jac.T @ known.jac)) * 2 * known.cost / 59)
+    assert found.converged
+    weights = found.system.model.lower.law.weights
+    np.testing.assert_allclose(weights, weights[0], rtol=1e-6)  # no reason to differ
+    values = np.array([float(jnp.mean(weights)), float(found.value("x0"))])
+    assert np.max(np.abs(values - known.x) / errors) < 0.1
+    middle, band = ij.restitution_band(found, [2.0])
+    np.testing.assert_allclose(middle, jnp.mean(weights))
+    np.testing.assert_allclose(band, errors[0], rtol=0.15)  # correlation is allowed for
+
+
+def test_other_values_are_not_compiled_again_and_the_same_give_the_same():
+    before = of_many_weights()
+    Mean.traces.clear()
+    again, other = of_mean(0.75, 0.49), of_mean(0.82, 0.51)
+    assert not Mean.traces
+    np.testing.assert_array_equal(again.numbers, before.numbers)
+    np.testing.assert_allclose(other.rms, before.rms, rtol=1e-3)
+
+
+def test_a_start_that_cannot_be_computed_is_said():
+    found = of_mean(0.75, jnp.nan)
+    assert not found.converged
+    assert np.isinf(found.rms)
+    assert found.refused == found.iterations > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"steps": 0}, "`steps` must be at least 1"),
+        ({"rounds": -1}, "`rounds` must be at least 1"),
+        ({"where": lambda system: system.model.lower.law.r}, "picks the parameter `r`, which has"),
+        ({"fixed": ("x9",)}, "no parameter `x9`"),
+    ],
+)
+def test_what_cannot_be_learned_is_refused(arguments, words):
+    recording, start = heard(softening), ij.InitialState(0.0, 3.0)
+    with pytest.raises(ValueError, match=words):
+        ij.learn(ball(ij.Restitution(0.9)), recording, initial=start, **arguments)
+
+
+def test_a_band_needs_an_impact_law():
+    found = eqx.tree_at(lambda each: each.task.problem.system.model.lower, of_many_weights(), None)
+    with pytest.raises(ValueError, match="an impact law at its lower stop"):
+        ij.restitution_band(found, [1.0])
+
+
+# The descent alone, on functions of which everything is known.
+
+
+def descend(optimiser, cost, start, steps):
+    none = jnp.zeros((), jnp.int32)
+    history = History(jnp.full(steps, jnp.nan), none, none)
+    state = begin(optimiser, jnp.asarray(start), jnp.asarray(1.0), history)
+    one = jax.jit(functools.partial(step, optimiser, cost))
+    while state.history.iterations < steps and not state.over:
+        state = one(state)
+    return state
+
+
+@pytest.mark.parametrize("size", [2, 60])
+def test_rosenbrock(size):
+    """In forward mode, and in reverse."""
+
+    def cost(x):
+        return jnp.sum(100 * (x[1::2] - x[::2] ** 2) ** 2 + (1 - x[::2]) ** 2)
+
+    state = descend(optax.lbfgs(), cost, np.tile([-1.2, 1.0], size // 2), 100)
+    assert state.over
+    np.testing.assert_allclose(state.best, 1.0, atol=1e-6)
+
+
+def test_a_step_that_leads_nowhere_is_halved_and_counted():
+    """x − ln x from 4 with steps of 6 x′ = −4.5: −0.5 has no logarithm, 1.75 has."""
+    state = descend(optax.sgd(6.0), lambda x: jnp.sum(x - jnp.log(x)), [4.0], 3)
+    assert state.history.refused == 1
+    np.testing.assert_allclose(state.point, 1.75)
+    expected = [4 - math.log(4)] * 2 + [1.75 - math.log(1.75)]
+    np.testing.assert_allclose(state.history.costs, expected)
+
+
+def test_the_best_point_is_kept():
+    """A learning rate that is too large doubles the distance at every step."""
+    state = descend(optax.sgd(3.0), lambda x: jnp.sum(x**2) / 2, [1.0], 5)
+    np.testing.assert_allclose(state.point, 16.0)
+    np.testing.assert_allclose(state.best, 1.0)
+    np.testing.assert_allclose(state.lowest, 0.5)
