@@ -80,9 +80,10 @@ def step(optimiser: optax.GradientTransformation, cost: Cost, now: Descent) -> D
     trial = now.point + now.share * now.move
     value, slope = jax.value_and_grad(function)(trial)
     fine = jnp.isfinite(value) & jnp.all(jnp.isfinite(slope))
-    move, memory = optax.with_extra_args_support(optimiser).update(
-        slope, now.memory, trial, value=value, grad=slope, value_fn=function
-    )
+    with jax.numpy_dtype_promotion("standard"):  # Optax mixes kinds of integers
+        move, memory = optax.with_extra_args_support(optimiser).update(
+            slope, now.memory, trial, value=value, grad=slope, value_fn=function
+        )
     better = fine & (value < now.lowest)
     calm = jnp.abs(value - now.cost) <= _CALM * value
     costs, iterations, refused = now.history

@@ -39,7 +39,7 @@ def learn(
     free: Sequence[str] = (),
     optimiser: optax.GradientTransformation = LBFGS,
     steps: int = 20,
-    rounds: int = 25,
+    rounds: int = 50,
     simulation: Simulation = Simulation(),
     loss: AbstractLoss = Squares(),
     noise: AbstractNoise = AutoregressiveNoise(),

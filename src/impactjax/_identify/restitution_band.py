@@ -63,7 +63,8 @@ def _errors(learned: Learned, slopes: Float[Array, "speeds numbers"]) -> Curve:
     directions, strengths, rows = jnp.linalg.svd(jacobian / scale, full_matrices=False)
     least = max(jacobian.shape) * jnp.finfo(strengths.dtype).eps * jnp.max(strengths)
     told = strengths > least
-    n, p = problem.recording.observations.astype(scale.dtype), jnp.sum(told)
+    n = problem.recording.observations.astype(scale.dtype)
+    p = jnp.sum(told, dtype=scale.dtype)
     known = problem.system.sensor.variance()
     spread = problem.noise.spread(residuals, n, directions) * n / jnp.maximum(n - p, 1.0)
     if known is not None:

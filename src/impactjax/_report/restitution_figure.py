@@ -80,9 +80,7 @@ def _draw(ax: "Axes", estimate: Estimate, speeds: Curve, label: str, color: str)
         _band(ax, *(np.asarray(each) for each in curve), color)
 
 
-def _band(
-    ax: "Axes", speeds: np.ndarray, middle: np.ndarray, half: np.ndarray, color: str
-) -> None:
+def _band(ax: "Axes", speeds: np.ndarray, middle: np.ndarray, half: np.ndarray, color: str) -> None:
     ax.plot(speeds, middle, color=color, linewidth=1)
     ax.fill_between(speeds, middle - half, middle + half, color=color, alpha=0.15, linewidth=0)
 
