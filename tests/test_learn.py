@@ -2,6 +2,7 @@
 
 import functools
 import math
+import operator
 from typing import ClassVar
 
 import equinox as eqx
@@ -70,12 +71,16 @@ def ball(law):
     return ij.ImpactOscillator(ij.BouncingBall(GRAVITY), ij.Stop(law))
 
 
+def weights_of(system):
+    return system.model.lower.law.weights
+
+
 def learned(recording, law, told=None):
     return ij.learn(
         ball(law),
         recording,
         initial=ij.InitialState(0.0, 2.9),
-        where=lambda system: system.model.lower.law.weights,
+        where=weights_of,
         simulation=EFFORT,
         tell=told,
     )
@@ -164,7 +169,7 @@ def test_adam_ends_where_scipy_does():
     assert np.all(many.converged)
     for seed in range(3):
         values, covariance, rms = by_scipy("linear", seed)
-        one = jax.tree.map(lambda x: x[seed], many)
+        one = jax.tree.map(operator.itemgetter(seed), many)
         found = np.array([float(one.value(name)) for name in many.names])
         wrong = (found - values) / np.sqrt(np.diag(covariance))
         assert np.max(np.abs(wrong)) < 0.1
@@ -178,6 +183,22 @@ def test_the_band_of_a_named_law_is_that_of_its_covariance():
     along = np.stack([np.ones(3), -v, np.zeros(3), np.zeros(3)], axis=1)
     expected = np.sqrt(np.sum(along @ covariance * along, axis=1))
     np.testing.assert_allclose(ij.restitution_band(one, v)[1], expected, rtol=1e-2)
+
+
+def test_the_figure_shows_what_was_learned_beside_others():
+    from matplotlib.figure import Figure
+
+    found, _ = of_softening()
+    ax = ij.plot_learned_restitution(Figure().subplots(), found)
+    impacts, curve = ax.get_lines()
+    happened = np.asarray(found.impacts.happened)
+    np.testing.assert_allclose(impacts.get_xdata(), found.impacts.approach_speed[happened])
+    speeds = np.asarray(curve.get_xdata())
+    np.testing.assert_allclose(curve.get_ydata(), ij.restitution_band(found, speeds)[0])
+    assert ax.get_xlabel() == "approach speed [m/s]"
+    legend = ax.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["learned"]
 
 
 # A law of one's own, with so many weights that the gradient is that of reverse mode.
@@ -217,7 +238,7 @@ def of_mean(r, x0):
         ball(Mean(jnp.full(60, r))),
         ij.Recording(jnp.asarray(TS), jnp.asarray(VALUES), ij.Displacement()),
         initial=ij.InitialState(jnp.asarray(x0)),
-        where=lambda system: system.model.lower.law.weights,
+        where=weights_of,
         fixed=("x_dot0",),
         simulation=ij.Simulation(max_steps=32, max_impacts=8),
     )
@@ -233,7 +254,7 @@ def test_many_weights_end_where_scipy_does():
     known = optimize.least_squares(lambda p: heights(*p) - VALUES, [0.8, 0.5], jac="3-point")
     errors = np.sqrt(np.diag(np.linalg.inv(known.jac.T @ known.jac)) * 2 * known.cost / 59)
     assert found.converged
-    weights = found.system.model.lower.law.weights
+    weights = weights_of(found.system)
     np.testing.assert_allclose(weights, weights[0], rtol=1e-6)  # no reason to differ
     values = np.array([float(jnp.mean(weights)), float(found.value("x0"))])
     assert np.max(np.abs(values - known.x) / errors) < 0.1

@@ -1,7 +1,7 @@
 """Gradient descent with Optax that takes no step in silence that cannot be computed."""
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -10,7 +10,6 @@ from jaxtyping import Array, Float, Int
 
 from impactjax._types import Flag, Scalar
 
-T = TypeVar("T")
 Vector = Float[Array, " numbers"]
 Cost = Callable[[Vector], Scalar]
 
@@ -95,7 +94,7 @@ def step(optimiser: optax.GradientTransformation, cost: Cost, now: Descent) -> D
     taken = Descent(
         point=trial,
         cost=value,
-        move=move,
+        move=cast(Vector, move),
         share=jnp.ones_like(now.share),
         memory=memory,
         best=jnp.where(better, trial, now.best),

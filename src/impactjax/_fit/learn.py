@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Int
 
 from impactjax._fit.descent import History, begin, step
 from impactjax._fit.fit import pose
-from impactjax._fit.learned import Learned, Numbers, Task, Where, places
+from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, places
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.problem import Answer, Simulation
@@ -33,7 +33,7 @@ def learn(
     recording: AnyRecording,
     *,
     initial: InitialState,
-    where: Where = lambda system: (),
+    where: Where = no_weights,
     sensor: Sensor | None = None,
     fixed: Sequence[str] = (),
     free: Sequence[str] = (),
@@ -74,7 +74,8 @@ def learn(
     - `tell`: is told how far it is, after every round.
 
     **Raises** `ValueError` for what `fit` refuses, for a `where` that picks a parameter with a
-    name, and for `steps` or `rounds` below one. A search that does not converge says so in what it returns.
+    name, and for `steps` or `rounds` below one. A search that does not converge says so in what it
+    returns.
     """
     for name, count in (("steps", steps), ("rounds", rounds)):
         if count < 1:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import reduce
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -15,7 +16,7 @@ from impactjax._fit.transform import to_unbounded
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Scalar
 
-Where = Callable[[System], PyTree]
+Where = Callable[[Any], PyTree]  # of a System, as a lambda without types may write it
 Numbers = Float[Array, " numbers"]
 
 
@@ -112,6 +113,12 @@ class Learned(eqx.Module):
     def value(self, name: str) -> Scalar:
         """The value of a parameter with a name, of a single search."""
         return handles(self.task.problem.system)[name].get(self.system)
+
+
+def no_weights(system: System) -> tuple[()]:
+    """Picks nothing."""
+    del system
+    return ()
 
 
 def places(system: System, where: Where) -> tuple[int, ...]:

@@ -66,8 +66,8 @@ class LearnedRestitution(AbstractImpactLaw):
             raise ValueError("LearnedRestitution: Argument `speeds` must hold at least two speeds.")
         if self.weights.ndim == 0 or self.weights.shape[-1] != count + 2:
             raise ValueError(
-                f"LearnedRestitution: Argument `weights` must hold two more weights than the {count} "
-                f"speeds, but its shape is {self.weights.shape}."
+                f"LearnedRestitution: Argument `weights` must hold two more weights than the "
+                f"{count} speeds, but its shape is {self.weights.shape}."
             )
         ordered = (jnp.diff(self.speeds) > 0) & (self.speeds[..., :-1] >= 0)
         finite = jnp.isfinite(self.speeds)

@@ -77,7 +77,8 @@ def _draw(ax: "Axes", estimate: Estimate, speeds: Curve, label: str, color: str)
         order = np.argsort(at)
         ax.plot(at[order], ratios[order], ":", color=color, linewidth=1)
     else:
-        _band(ax, *(np.asarray(each) for each in curve), color)
+        at, middle, half = (np.asarray(each) for each in curve)
+        _band(ax, at, middle, half, color)
 
 
 def _band(ax: "Axes", speeds: np.ndarray, middle: np.ndarray, half: np.ndarray, color: str) -> None:
