@@ -15,7 +15,6 @@ from jaxtyping import Array
 from scipy import optimize
 
 import impactjax as ij
-from impactjax._fit.descent import History, begin, step
 
 GRAVITY = 9.80665
 COUNT, NOISE = 40, 1e-4
@@ -133,13 +132,12 @@ def test_it_says_how_far_it_is():
 def test_the_band_holds_the_truth_as_often_as_it_promises():
     truth = ij.LearnedRestitution(KNOTS, np.array([2.6, *np.linspace(0.0, 1.2, 10), 5.0]))
     start = ij.LearnedRestitution.like(ij.LinearRestitution(0.9, 0.05), KNOTS)
-    curve = eqx.filter_jit(truth.restitution)
+    curve, v = eqx.filter_jit(truth.restitution), jnp.linspace(0.3, 2.5, 12)
     inside = []
     for seed in range(8):
-        found = learned(heard(lambda v: curve(jnp.asarray(v)), seed), start)
-        middle, errors = ij.restitution_band(found, np.linspace(0.3, 2.5, 12))
-        wrong = np.asarray(middle - truth.restitution(jnp.linspace(0.3, 2.5, 12)))
-        inside.append(np.abs(wrong) < 1.96 * np.asarray(errors))
+        recording = heard(lambda v: curve(jnp.asarray(v)), seed)
+        middle, errors = ij.restitution_band(learned(recording, start), v)
+        inside.append(jnp.abs(middle - curve(v)) < 1.96 * errors)
     assert np.mean(inside) > 0.85
 
 
@@ -192,9 +190,11 @@ def test_the_figure_shows_what_was_learned_beside_others():
     ax = ij.plot_learned_restitution(Figure().subplots(), found)
     impacts, curve = ax.get_lines()
     happened = np.asarray(found.impacts.happened)
-    np.testing.assert_allclose(impacts.get_xdata(), found.impacts.approach_speed[happened])
+    np.testing.assert_allclose(
+        np.asarray(impacts.get_xdata()), found.impacts.approach_speed[happened]
+    )
     speeds = np.asarray(curve.get_xdata())
-    np.testing.assert_allclose(curve.get_ydata(), ij.restitution_band(found, speeds)[0])
+    np.testing.assert_allclose(np.asarray(curve.get_ydata()), ij.restitution_band(found, speeds)[0])
     assert ax.get_xlabel() == "approach speed [m/s]"
     legend = ax.get_legend()
     assert legend is not None
@@ -258,7 +258,7 @@ def test_many_weights_end_where_scipy_does():
     np.testing.assert_allclose(weights, weights[0], rtol=1e-6)  # no reason to differ
     values = np.array([float(jnp.mean(weights)), float(found.value("x0"))])
     assert np.max(np.abs(values - known.x) / errors) < 0.1
-    middle, band = ij.restitution_band(found, np.array([2.4]))
+    middle, band = ij.restitution_band(found, np.array([2.8]))
     np.testing.assert_allclose(middle, jnp.mean(weights))
     np.testing.assert_allclose(band, errors[0], rtol=0.15)  # correlation is allowed for
 
@@ -298,45 +298,3 @@ def test_a_band_needs_an_impact_law():
     found = eqx.tree_at(lambda each: each.task.problem.system.model.lower, of_many_weights(), None)
     with pytest.raises(ValueError, match="an impact law at its lower stop"):
         ij.restitution_band(found, np.ones(1))
-
-
-# The descent alone, on functions of which everything is known.
-
-
-def descend(optimiser, cost, start, steps):
-    none = jnp.zeros((), jnp.int32)
-    history = History(jnp.full(steps, jnp.nan), none, none)
-    state = begin(optimiser, jnp.asarray(start), jnp.asarray(1.0), history)
-    one = jax.jit(functools.partial(step, optimiser, cost))
-    while state.history.iterations < steps and not state.over:
-        state = one(state)
-    return state
-
-
-@pytest.mark.parametrize("size", [2, 60])
-def test_rosenbrock(size):
-    """In forward mode, and in reverse."""
-
-    def cost(x):
-        return jnp.sum(100 * (x[1::2] - x[::2] ** 2) ** 2 + (1 - x[::2]) ** 2)
-
-    state = descend(optax.lbfgs(), cost, np.tile([-1.2, 1.0], size // 2), 100)
-    assert state.over
-    np.testing.assert_allclose(state.best, 1.0, atol=1e-6)
-
-
-def test_a_step_that_leads_nowhere_is_halved_and_counted():
-    """x − ln x from 4 with steps of 6 x′ = −4.5: −0.5 has no logarithm, 1.75 has."""
-    state = descend(optax.sgd(6.0), lambda x: jnp.sum(x - jnp.log(x)), [4.0], 3)
-    assert state.history.refused == 1
-    np.testing.assert_allclose(state.point, 1.75)
-    expected = [4 - math.log(4)] * 2 + [1.75 - math.log(1.75)]
-    np.testing.assert_allclose(state.history.costs, expected)
-
-
-def test_the_best_point_is_kept():
-    """A learning rate that is too large doubles the distance at every step."""
-    state = descend(optax.sgd(3.0), lambda x: jnp.sum(x**2) / 2, [1.0], 5)
-    np.testing.assert_allclose(state.point, 16.0)
-    np.testing.assert_allclose(state.best, 1.0)
-    np.testing.assert_allclose(state.lowest, 0.5)

@@ -96,8 +96,8 @@ def learn(
     for end in (rounds,) if tell is None else range(rounds + 1):
         search = _search(task, optimiser, steps, rounds, jnp.asarray(end), search)
         if tell is not None:
-            rms = jnp.sqrt(2 * search.slopes.cost / problem.recording.observations)
-            tell(f"{end} of {rounds} rounds, rms residual {float(rms):.4g}")
+            rms = float(_rms(task, search.slopes.answer))
+            tell(f"{end} of {rounds} rounds, rms residual {rms:.4g}")
             if bool(search.converged):
                 break
     return _learned(task, search)
@@ -199,8 +199,6 @@ def _search(
 def _learned(task: Task, search: _Search) -> Learned:
     answer, history = search.slopes.answer, search.history
     assert answer.jacobian is not None
-    n = task.problem.recording.observations.astype(search.numbers.dtype)
-    rms = jnp.sqrt(jnp.sum(answer.residuals**2) / n)
     return Learned(
         task=task,
         numbers=search.numbers,
@@ -211,5 +209,11 @@ def _learned(task: Task, search: _Search) -> Learned:
         residuals=answer.residuals,
         jacobian=answer.jacobian,
         impacts=answer.impacts,
-        rms=jnp.where(jnp.isfinite(rms), rms, jnp.inf),
+        rms=_rms(task, answer),
     )
+
+
+def _rms(task: Task, answer: Answer) -> Scalar:
+    squares = jnp.sum(answer.residuals**2)
+    n = task.problem.recording.observations.astype(squares.dtype)
+    return jnp.where(jnp.isfinite(squares), jnp.sqrt(squares / n), jnp.inf)
