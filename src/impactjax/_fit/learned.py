@@ -49,7 +49,7 @@ class Task(eqx.Module):
         """What a simulation of that system says about the recording, with derivatives."""
 
         def residuals(numbers: Numbers) -> tuple[Array, Answer]:
-            answer = self._simulated(numbers)
+            answer = self.problem.simulated(self.system(numbers))
             return answer.residuals, answer
 
         jacobian, answer = jax.jacfwd(residuals, has_aux=True)(numbers)
@@ -57,13 +57,8 @@ class Task(eqx.Module):
 
     def cost(self, numbers: Numbers) -> Scalar:
         """Of that system, by the problem's loss."""
-        return jnp.sum(self.problem.loss.cost(self._simulated(numbers).residuals))
-
-    def _simulated(self, numbers: Numbers) -> Answer:
-        system = self.system(numbers)
-        problem = eqx.tree_at(lambda problem: problem.system, self.problem, system)
-        places = handles(system)
-        return problem.answer(jnp.stack([places[name].get(system) for name in problem.names]))
+        answer = self.problem.simulated(self.system(numbers))
+        return jnp.sum(self.problem.loss.cost(answer.residuals))
 
     def _parts(self) -> tuple[Array, tuple[Array, ...]]:
         system, known = self.problem.system, handles(self.problem.system)
