@@ -20,6 +20,8 @@ from impactjax._fit.compare import compare as compare
 from impactjax._fit.estimate import Estimate as Estimate
 from impactjax._fit.fit import fit as fit
 from impactjax._fit.joint_problem import Normal as Normal
+from impactjax._fit.learn import learn as learn
+from impactjax._fit.learned import Learned as Learned
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt as LevenbergMarquardt
 from impactjax._fit.loss import AbstractLoss as AbstractLoss
 from impactjax._fit.loss import Cauchy as Cauchy
@@ -42,6 +44,7 @@ from impactjax._identify.information import Information as Information
 from impactjax._identify.information import information as information
 from impactjax._identify.residuals import Residuality as Residuality
 from impactjax._identify.residuals import residuality as residuality
+from impactjax._identify.restitution_band import restitution_band as restitution_band
 from impactjax._identify.words import Finding as Finding
 from impactjax._identify.words import coupling as coupling
 from impactjax._identify.words import findings as findings
@@ -80,6 +83,7 @@ from impactjax._model.kelvin_voigt_linear_restitution import (
 from impactjax._model.law import AbstractForceLaw as AbstractForceLaw
 from impactjax._model.law import AbstractImpactLaw as AbstractImpactLaw
 from impactjax._model.law import AbstractMemorylessLaw as AbstractMemorylessLaw
+from impactjax._model.learned_restitution import LearnedRestitution as LearnedRestitution
 from impactjax._model.linear_oscillator import LinearOscillator as LinearOscillator
 from impactjax._model.linear_restitution import LinearRestitution as LinearRestitution
 from impactjax._model.maxwell import Maxwell as Maxwell
@@ -106,6 +110,9 @@ from impactjax._report.fit_figures import plot_residuals as plot_residuals
 from impactjax._report.residual_figures import plot_autocorrelation as plot_autocorrelation
 from impactjax._report.residual_figures import plot_impact_residuals as plot_impact_residuals
 from impactjax._report.residual_figures import plot_quantiles as plot_quantiles
+from impactjax._report.restitution_figure import (
+    plot_learned_restitution as plot_learned_restitution,
+)
 from impactjax._report.restitution_figure import plot_restitution as plot_restitution
 from impactjax._report.search_figures import plot_first_estimates as plot_first_estimates
 from impactjax._report.search_figures import plot_starts as plot_starts

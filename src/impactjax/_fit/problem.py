@@ -186,13 +186,15 @@ class Problem(AbstractProblem):
         at = {name: handle.get(system) for name, handle in handles(system).items()}
         return replaced(system, [name for name, _ in self.ties], [tie(at) for _, tie in self.ties])
 
+    def simulated(self, system: System) -> Answer:
+        """What a simulation of a system says about the recording."""
+        if isinstance(self.recording, ImpactTimes):
+            return _of_impact_times(system, self.recording, self.simulation)
+        return _of_samples(system, self.recording, self.simulation)
+
     def answer(self, values: Vector) -> Answer:
         def residuals(values: Vector) -> tuple[Residuals, Answer]:
-            system = self.system_with(values)
-            if isinstance(self.recording, ImpactTimes):
-                answer = _of_impact_times(system, self.recording, self.simulation)
-            else:
-                answer = _of_samples(system, self.recording, self.simulation)
+            answer = self.simulated(self.system_with(values))
             return answer.residuals, answer
 
         jacobian, answer = jax.jacfwd(residuals, has_aux=True)(values)

@@ -11,11 +11,14 @@ from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._fit.compare import Fitted
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.learned import Learned
 from impactjax._fit.system import System, replaced
 from impactjax._identify.identifiability import identifiability
+from impactjax._identify.restitution_band import restitution_band
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._report.style import LAWS
+from impactjax._simulate.impact_log import ImpactLog
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,22 +38,59 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted]) -> "Axes":
     """Restitution of each impact of the fitted motions against approach speed, with the curves of
     the laws and their 95 % bands. A law without a closed form is a line through its impacts.
     """
-    fastest = max(float(np.max(_impacts(each.estimate)[0], initial=0)) for each in fits)
+    fastest = max(float(np.max(_impacts(each.estimate.impacts)[0], initial=0)) for each in fits)
+    speeds = jnp.linspace(1e-3, 1.05, _POINTS) * fastest
     for fitted, color in zip(fits, LAWS, strict=False):
-        speeds, ratios = _impacts(fitted.estimate)
-        ax.plot(speeds, ratios, "o", color=color, markersize=4, label=fitted.law)
-        curve = restitution_curve(fitted.estimate, jnp.linspace(1e-3, 1.05, _POINTS) * fastest)
-        if curve is None:
-            order = np.argsort(speeds)
-            ax.plot(speeds[order], ratios[order], ":", color=color, linewidth=1)
-            continue
+        _draw(ax, fitted.estimate, speeds, fitted.law, color)
+    return _framed(ax, 2 if len(fits) > 3 else 1)
+
+
+def plot_learned_restitution(
+    ax: "Axes", learned: Learned, others: Sequence[Estimate] = ()
+) -> "Axes":
+    """The restitution that was learned, with its 95 % band, over the speeds of the impacts, which
+    are marked; beyond them nothing is known. For comparison, other laws fitted to the recording.
+
+    **Arguments:**
+
+    - `ax`: where to draw.
+    - `learned`: what `learn` found.
+    - `others`: estimates by `fit`.
+    """
+    at, ratios = _impacts(learned.impacts)
+    ax.plot(at, ratios, "o", color=LAWS[0], markersize=4, label="learned")
+    speeds = jnp.linspace(float(at.min()), float(at.max()), _POINTS)
+    middle, errors = (np.asarray(each) for each in restitution_band(learned, speeds))
+    _band(ax, np.asarray(speeds), middle, 1.96 * errors, LAWS[0])
+    for estimate, color in zip(others, LAWS[1:], strict=False):
+        stop = estimate.system.model.lower
+        assert stop is not None
+        _draw(ax, estimate, speeds, type(stop.law).__name__, color)
+    return _framed(ax, 1)
+
+
+def _draw(ax: "Axes", estimate: Estimate, speeds: Curve, label: str, color: str) -> None:
+    at, ratios = _impacts(estimate.impacts)
+    ax.plot(at, ratios, "o", color=color, markersize=4, label=label)
+    curve = restitution_curve(estimate, speeds)
+    if curve is None:
+        order = np.argsort(at)
+        ax.plot(at[order], ratios[order], ":", color=color, linewidth=1)
+    else:
         at, middle, half = (np.asarray(each) for each in curve)
-        ax.plot(at, middle, color=color, linewidth=1)
-        ax.fill_between(at, middle - half, middle + half, color=color, alpha=0.15, linewidth=0)
+        _band(ax, at, middle, half, color)
+
+
+def _band(ax: "Axes", speeds: np.ndarray, middle: np.ndarray, half: np.ndarray, color: str) -> None:
+    ax.plot(speeds, middle, color=color, linewidth=1)
+    ax.fill_between(speeds, middle - half, middle + half, color=color, alpha=0.15, linewidth=0)
+
+
+def _framed(ax: "Axes", columns: int) -> "Axes":
     low, high = ax.get_ylim()
     limits = max(low - _MARGIN, 0), min(high + _MARGIN, 1.02)
     ax.set(xlabel="approach speed [m/s]", ylabel="restitution", ylim=limits, xlim=(0, None))
-    ax.legend(frameon=False, fontsize="small", ncols=2 if len(fits) > 3 else 1)
+    ax.legend(frameon=False, fontsize="small", ncols=columns)
     return ax
 
 
@@ -89,8 +129,7 @@ def _sloped(
     return middle, slopes
 
 
-def _impacts(estimate: Estimate) -> tuple[np.ndarray, np.ndarray]:
+def _impacts(log: ImpactLog) -> tuple[np.ndarray, np.ndarray]:
     """Approach speeds and restitutions of the complete impacts."""
-    log = estimate.impacts
     shown = np.asarray(log.happened & log.complete)
     return np.asarray(log.approach_speed)[shown], np.asarray(log.restitution)[shown]

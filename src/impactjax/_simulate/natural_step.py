@@ -5,6 +5,7 @@ from functools import cache
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton, initial_mode, with_internal
@@ -12,20 +13,20 @@ from impactjax._simulate.runge_kutta import RungeKutta
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.taylor import NotAnalytic
 from impactjax._simulate.taylor_step import TaylorStep
-from impactjax._types import Scalar
 
 
 def natural_step(model: ImpactOscillator) -> AbstractStep:
     """A Taylor step where the equations of motion are analytic, a Runge-Kutta step otherwise."""
     leaves, structure = jax.tree.flatten(model)
-    return TaylorStep() if _is_analytic(structure, len(leaves)) else RungeKutta()
+    shapes = tuple(jnp.shape(leaf) for leaf in leaves)
+    return TaylorStep() if _is_analytic(structure, shapes) else RungeKutta()
 
 
 @cache
-def _is_analytic(structure: Hashable, count: int) -> bool:
-    """Whether models of a structure with so many parameters have Taylor series."""
+def _is_analytic(structure: Hashable, shapes: tuple[tuple[int, ...], ...]) -> bool:
+    """Whether models of a structure with parameters of such shapes have Taylor series."""
 
-    def expand(*leaves: Scalar) -> object:
+    def expand(*leaves: Array) -> object:
         model = jax.tree.unflatten(structure, leaves)
         number = jnp.zeros(())
         y = with_internal(model, number, number)
@@ -33,7 +34,8 @@ def _is_analytic(structure: Hashable, count: int) -> bool:
         return TaylorStep().expand(Automaton(model), number, y, mode, number)
 
     try:
-        jax.eval_shape(expand, *[jax.ShapeDtypeStruct((), jnp.result_type(float))] * count)
+        dtype = jnp.result_type(float)
+        jax.eval_shape(expand, *[jax.ShapeDtypeStruct(shape, dtype) for shape in shapes])
     except NotAnalytic:
         return False
     return True

@@ -1,0 +1,219 @@
+"""The verb `learn`: gradient descent through the simulator, for laws with many weights."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optax
+from jaxtyping import Array, Float, Int
+
+from impactjax._fit.descent import History, begin, step
+from impactjax._fit.fit import pose
+from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, places
+from impactjax._fit.loss import AbstractLoss, Squares
+from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
+from impactjax._fit.problem import Answer, Simulation
+from impactjax._measure.recording import AnyRecording
+from impactjax._measure.sensor import Sensor
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._simulate.simulate import InitialState
+from impactjax._types import Flag, Scalar
+
+Axes = Float[Array, "numbers numbers"]
+
+_NEAR = 0.1  # standard errors
+
+LBFGS = optax.lbfgs(linesearch=optax.scale_by_backtracking_linesearch(max_backtracking_steps=20))
+
+
+def learn(
+    model: ImpactOscillator,
+    recording: AnyRecording,
+    *,
+    initial: InitialState,
+    where: Where = no_weights,
+    sensor: Sensor | None = None,
+    fixed: Sequence[str] = (),
+    free: Sequence[str] = (),
+    optimiser: optax.GradientTransformation = LBFGS,
+    steps: int = 20,
+    rounds: int = 50,
+    simulation: Simulation = Simulation(),
+    loss: AbstractLoss = Squares(),
+    noise: AbstractNoise = AutoregressiveNoise(),
+    tell: Callable[[str], None] | None = None,
+) -> Learned:
+    """Gradient descent with Optax between a simulated and a recorded motion.
+
+    Finds arrays of weights, such as those of `LearnedRestitution` or of a law of your own, together
+    with the parameters that `fit` would find. Gradients are exact through every impact, by forward
+    mode for few numbers and by reverse mode for many. The search starts from the values in `model`,
+    `initial` and `sensor`: begin with a named law that was fitted. Without `where` it is the
+    first-order alternative to `fit`.
+
+    The search goes in rounds. In each the optimiser begins anew and sees the cost in units of that
+    at the start of the round, in coordinates z in which its curvature there is one: a point is
+    p + (H + |g|)^(−1/2) z, with Gauss and Newton's curvature H and the gradient g at the start p.
+    So one learning rate suits all problems: for `optax.adam`, 0.1 is a good one.
+
+    Works under `jit` and `vmap`, over models and over recordings, if nothing is told.
+
+    **Arguments:**
+
+    - `model`, `recording`, `initial`, `sensor`, `fixed`, `free`, `simulation`, `loss`: as for
+      `fit`.
+    - `where`: the arrays to find in a system, which has `model`, `initial` and `sensor`, such as
+      `lambda system: system.model.lower.law.weights`; none if left out.
+    - `optimiser`: any of Optax's that makes do with value and gradient, or searches along a line;
+      `optax.lbfgs` if left out. Made once and used again, it is not compiled again.
+    - `steps`: of a round, at most; it ends before when the cost does not change any more.
+    - `rounds`: at most; the search ends before when it has converged.
+    - `noise`: what `restitution_band` assumes of the residuals.
+    - `tell`: is told how far it is, after every round.
+
+    **Raises** `ValueError` for what `fit` refuses, for a `where` that picks a parameter with a
+    name, and for `steps` or `rounds` below one. A search that does not converge says so in what it
+    returns.
+    """
+    for name, count in (("steps", steps), ("rounds", rounds)):
+        if count < 1:
+            raise ValueError(f"Argument `{name}` must be at least 1, but it is {count}.")
+    problem = pose(
+        model,
+        recording,
+        initial=initial,
+        sensor=sensor,
+        fixed=fixed,
+        free=free,
+        simulation=simulation,
+        loss=loss,
+        noise=noise,
+    )
+    task = Task(problem, places(problem.system, where))
+    search = _first(task, rounds * steps)
+    for end in (rounds,) if tell is None else range(rounds + 1):
+        search = _search(task, optimiser, steps, rounds, jnp.asarray(end), search)
+        if tell is not None:
+            rms = float(_rms(task, search.slopes.answer))
+            tell(f"{end} of {rounds} rounds, rms residual {rms:.4g}")
+            if bool(search.converged):
+                break
+    return _learned(task, search)
+
+
+class _Slopes(eqx.Module):
+    """The cost around a point: its gradient g, and H + |g| with Gauss and Newton's curvature H.
+
+    The |g| on the diagonal keeps a step from moving any number much farther than one, so that a
+    weight on its way to infinity, where it makes no difference any more, counts as at rest.
+    """
+
+    answer: Answer
+    cost: Scalar
+    gradient: Numbers
+    curvature: Axes
+
+    def expected_gain(self) -> Scalar:
+        """By how much a step would lower the cost: gᵀ (H + |g|)⁻¹ g / 2."""
+        return self.gradient @ jnp.linalg.solve(self.curvature, self.gradient) / 2
+
+    def unit(self) -> Scalar:
+        """The cost, if there is any."""
+        return jnp.where(jnp.isfinite(self.cost) & (self.cost > 0), self.cost, 1.0)
+
+    def axes(self) -> Axes:
+        """(H + |g|)^(−1/2), of the cost in its own unit; if that is unknown, one."""
+        sizes, vectors = jnp.linalg.eigh(self.curvature / self.unit())
+        axes = vectors / jnp.sqrt(sizes)
+        return jnp.where(jnp.all(jnp.isfinite(axes)), axes, jnp.eye(sizes.size))
+
+
+def _slopes(task: Task, numbers: Numbers) -> _Slopes:
+    answer, loss = task.answer(numbers), task.problem.loss
+    assert answer.jacobian is not None
+    weighted = loss.weight(answer.residuals)[:, None] * answer.jacobian
+    gradient, curvature = weighted.T @ answer.residuals, weighted.T @ answer.jacobian
+    least = jnp.finfo(numbers.dtype).eps * jnp.trace(curvature)
+    bounds = jnp.abs(gradient) + jnp.where(least > 0, least, 1.0)
+    cost = jnp.sum(loss.cost(answer.residuals))
+    return _Slopes(answer, cost, gradient, curvature + jnp.diag(bounds))
+
+
+class _Search(NamedTuple):
+    numbers: Numbers
+    slopes: _Slopes  # where the last round began
+    looks: Int[Array, ""]  # rounds begun
+    converged: Flag
+    history: History
+
+
+@eqx.filter_jit
+def _first(task: Task, most: int) -> _Search:
+    start, none = task.start(), jnp.zeros((), jnp.int32)
+    shapes = jax.eval_shape(_slopes, task, start)
+    unseen = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
+    history = History(jnp.full(most, jnp.nan, start.dtype), none, none)
+    return _Search(start, unseen, none, jnp.zeros((), bool), history)
+
+
+@eqx.filter_jit
+def _search(
+    task: Task,
+    optimiser: optax.GradientTransformation,
+    steps: int,
+    rounds: int,
+    end: Int[Array, ""],
+    search: _Search,
+) -> _Search:
+    """Goes on until it looks at the point after `end` rounds, or has found the minimum."""
+
+    def go_on(now: _Search) -> _Search:
+        slopes = _slopes(task, now.numbers)
+        n = task.problem.recording.observations.astype(slopes.cost.dtype)
+        converged = slopes.expected_gain() <= _NEAR**2 * slopes.cost / n
+        axes, unit = slopes.axes(), slopes.unit()
+
+        def cost(z: Numbers) -> Scalar:
+            return task.cost(now.numbers + axes @ z) / unit
+
+        stops = now.history.iterations + jnp.where(converged | (now.looks == rounds), 0, steps)
+        descent = jax.lax.while_loop(
+            lambda each: ~each.over & (each.history.iterations < stops),
+            lambda each: step(optimiser, cost, each),
+            begin(optimiser, jnp.zeros_like(now.numbers), unit, now.history),
+        )
+        return _Search(
+            numbers=now.numbers + axes @ descent.best,
+            slopes=slopes,
+            looks=now.looks + 1,
+            converged=converged,
+            history=descent.history,
+        )
+
+    return jax.lax.while_loop(lambda now: ~now.converged & (now.looks <= end), go_on, search)
+
+
+@eqx.filter_jit
+def _learned(task: Task, search: _Search) -> Learned:
+    answer, history = search.slopes.answer, search.history
+    assert answer.jacobian is not None
+    return Learned(
+        task=task,
+        numbers=search.numbers,
+        costs=history.costs,
+        iterations=history.iterations,
+        refused=history.refused,
+        converged=search.converged,
+        residuals=answer.residuals,
+        jacobian=answer.jacobian,
+        impacts=answer.impacts,
+        rms=_rms(task, answer),
+    )
+
+
+def _rms(task: Task, answer: Answer) -> Scalar:
+    squares = jnp.sum(answer.residuals**2)
+    n = task.problem.recording.observations.astype(squares.dtype)
+    return jnp.where(jnp.isfinite(squares), jnp.sqrt(squares / n), jnp.inf)

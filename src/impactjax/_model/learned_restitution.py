@@ -1,0 +1,87 @@
+"""Restitution that is learned rather than named: any curve that does not rise with the speed."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float
+
+from impactjax._model.law import AbstractImpactLaw
+from impactjax._model.parameter import Requirement, as_parameter, raise_if_violated
+from impactjax._types import Ratio, Speed
+
+_LEAST_SHARE = 1e-3  # a share of nothing would have no derivative and never be learned
+
+Shares = Float[Array, " shares"]
+
+
+class LearnedRestitution(AbstractImpactLaw):
+    """Any coefficient of restitution between 0 and 1 that does not rise with the speed of impact:
+
+    r(v) = 1 − w₀ − Σ wₖ Iₖ(v),        w = softmax(weights).
+
+    Iₖ rises from 0 to 1 around the kth of some speeds: it is the integral of a hat function over
+    that speed and its neighbours. So −r′ is linear between the speeds, r has a continuous slope
+    there and is constant below the first and above the last. The last of the shares w, which add up
+    to one, is what remains: r at the last speed.
+
+    The weights are no parameters with names, and `fit` leaves them alone; `learn` finds them.
+
+    Source: monotone regression splines (I-splines of order 2), Ramsay, Statistical Science 3, 425
+    (1988).
+
+    **Arguments:**
+
+    - `speeds`: strictly increasing, at least two, about as far as the impacts go [m/s].
+    - `weights`: two more than speeds, of any size [1].
+
+    **Raises** `ValueError` for other speeds or another number of weights.
+    """
+
+    speeds: Float[Array, "... speeds"] = eqx.field(converter=as_parameter)
+    weights: Float[Array, "... shares"] = eqx.field(converter=as_parameter)
+
+    @staticmethod
+    def like(law: AbstractImpactLaw, speeds: ArrayLike) -> "LearnedRestitution":
+        """A law near another one, to start from: each share is the fall of r from halfway to the
+        speed before to halfway to the speed after, but at least 0.001 so that all can be learned.
+
+        **Arguments:**
+
+        - `law`: such as the named law that fits best.
+        - `speeds`: of the new law [m/s].
+        """
+        speeds = as_parameter(speeds)
+        halfway = jnp.concatenate([speeds[:1], (speeds[1:] + speeds[:-1]) / 2, speeds[-1:]])
+        r = law.restitution(halfway)
+        shares = jnp.concatenate([1 - r[:1], r[:-1] - r[1:], r[-1:]])
+        return LearnedRestitution(speeds, jnp.log(jnp.maximum(shares, _LEAST_SHARE)))
+
+    def restitution(self, speed: Speed) -> Ratio:
+        shares = jax.nn.softmax(self.weights)
+        return 1 - shares[0] - _rises(self.speeds, speed) @ shares[1:-1]
+
+    def __check_init__(self) -> None:
+        count = self.speeds.shape[-1] if self.speeds.ndim else 0
+        if count < 2:
+            raise ValueError("LearnedRestitution: Argument `speeds` must hold at least two speeds.")
+        if self.weights.ndim == 0 or self.weights.shape[-1] != count + 2:
+            raise ValueError(
+                f"LearnedRestitution: Argument `weights` must hold two more weights than the "
+                f"{count} speeds, but its shape is {self.weights.shape}."
+            )
+        ordered = (jnp.diff(self.speeds) > 0) & (self.speeds[..., :-1] >= 0)
+        finite = jnp.isfinite(self.speeds)
+        sentence = "Argument `speeds` must be finite, not negative, and increase strictly"
+        known = Requirement(jnp.isfinite(self.weights), "Argument `weights` must be finite")
+        requirements = [Requirement(ordered, sentence), Requirement(finite, sentence), known]
+        raise_if_violated(self, requirements)
+
+
+def _rises(speeds: Shares, speed: Speed) -> Float[Array, "... speeds"]:
+    """The integrals Iₖ of the hat functions, each of area one."""
+    before = jnp.diff(speeds, prepend=speeds[:1])
+    after = jnp.diff(speeds, append=speeds[-1:])
+    beyond = speed[..., None] - speeds
+    up = jnp.clip(1 + beyond / jnp.where(before > 0, before, 1.0), 0, 1)
+    down = jnp.clip(beyond / jnp.where(after > 0, after, 1.0), 0, 1)
+    return (before * up**2 + after * down * (2 - down)) / (before + after)
