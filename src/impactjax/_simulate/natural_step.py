@@ -10,16 +10,17 @@ from jaxtyping import Array
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton, initial_mode, with_internal
 from impactjax._simulate.runge_kutta import RungeKutta
-from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.taylor import NotAnalytic
 from impactjax._simulate.taylor_step import TaylorStep
 
 
-def natural_step(model: ImpactOscillator) -> AbstractStep:
+def natural_step(
+    model: ImpactOscillator, series: TaylorStep = TaylorStep()
+) -> TaylorStep | RungeKutta:
     """A Taylor step where the equations of motion are analytic, a Runge-Kutta step otherwise."""
     leaves, structure = jax.tree.flatten(model)
     shapes = tuple(jnp.shape(leaf) for leaf in leaves)
-    return TaylorStep() if _is_analytic(structure, shapes) else RungeKutta()
+    return series if _is_analytic(structure, shapes) else RungeKutta()
 
 
 @cache
