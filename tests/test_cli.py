@@ -104,6 +104,7 @@ def test_the_parameters_keep_the_contract(found):
         "gain": "1",
         "offset": "rad",
         "delay": "s",
+        "drift": "rad/s",
     }
     parameters = found.best["parameters"]
     assert {name: each["unit"] for name, each in parameters.items()} == units

@@ -110,7 +110,7 @@ def test_sensor_is_gain_times_filter_plus_offset():
     ts = jnp.linspace(0.0, 0.1, COUNT)
     model = ij.ImpactOscillator(ij.FreeMass())
     run = ij.simulate(model, ij.InitialState(1.0, 2.0), ts)
-    sensor = ij.Sensor(3.0, 0.5, 0.02, ij.Butterworth(CUTOFF, order=1))
+    sensor = ij.Sensor(3.0, 0.5, 0.02, low_pass=ij.Butterworth(CUTOFF, order=1))
     late = 1 / (2 * math.pi * CUTOFF)
     expected = 3 * (1 + 2 * (np.asarray(ts) - late)) + 0.5
     np.testing.assert_allclose(sensor.shown(model, run, ij.Displacement()), expected, rtol=1e-12)

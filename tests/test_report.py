@@ -12,11 +12,11 @@ import pytest
 import impactjax as ij
 from browser import look, needs_browser
 from estimates import SMALL, line, swing
+from impactjax._fit.digits import interval, with_error
 from impactjax._report.document import document
 from impactjax._report.outcome import outcome
 from impactjax._report.page import page
 from impactjax._report.rows import law_rows
-from impactjax._report.units import interval, quoted, with_error
 from impactjax._report.words import sentences
 
 PICTURES = 11 + 8 + 10  # with impacts; without; from a list of impact times
@@ -94,7 +94,7 @@ def test_the_page_says_all_numbers_and_verdicts(text, fits):
         for i, name in enumerate(estimate.names):
             error = float(estimate.standard_errors[i])
             assert name in plain
-            assert quoted(estimate, name) in plain
+            assert estimate.quoted(name) in plain
             assert interval(float(estimate.low[i]), float(estimate.high[i]), error) in plain
     for word in ("identified", "one-sided", "not identified", "converged", "seed 7", "rad/s"):
         assert word in plain
@@ -148,9 +148,9 @@ def test_a_value_without_a_scale_of_its_own_is_a_bound():
             jnp.array([ij.Verdict.ONE_SIDED, ij.Verdict.IDENTIFIED], jnp.int32),
         ),
     )
-    assert quoted(loose, "x0") == "more than 3.12e+04"
-    assert quoted(loose, "x_dot0") == "0.700 ± 0.010"
-    assert quoted(swing(), "r") == "any value"
+    assert loose.quoted("x0") == "more than 3.12e+04"
+    assert loose.quoted("x_dot0") == "0.700 ± 0.010"
+    assert swing().quoted("r") == "any value"
 
 
 def test_sentences_say_what_is_open(bounces):

@@ -92,23 +92,23 @@ def test_a_residual_of_nothing_but_steps_is_said(step, said):
     assert ("quantisation alone" in sentences_said) == said
 
 
-def test_offset_is_fitted_if_free():
-    """A swing about a wrong zero."""
+def test_offset_and_drift_are_fitted_if_free():
+    """A swing about a wrong zero that moves."""
     ts = jnp.linspace(0.0, 2.0, 101)
     model = ij.ImpactOscillator(ij.LinearOscillator(6.0, 0.05))
     run = ij.simulate(model, ij.InitialState(0.3), ts)
-    recording = ij.Recording(ts, 1.5 * run.position + 0.02, ij.Displacement())
+    recording = ij.Recording(ts, 1.5 * run.position + 0.02 - 0.01 * ts, ij.Displacement())
     found = ij.fit(
         ij.ImpactOscillator(ij.LinearOscillator(5.8, 0.04)),
         recording,
         initial=ij.InitialState(0.3),
         fixed=("x0", "x_dot0"),
-        free=("gain", "offset"),
+        free=("gain", "offset", "drift"),
         simulation=SMALL,
     )
-    assert found.names == ("omega_n", "zeta", "gain", "offset")
-    assert found.units == ("rad/s", "1", "1", "m")
-    np.testing.assert_allclose(found.values, [6.0, 0.05, 1.5, 0.02], rtol=1e-6)
+    assert found.names == ("omega_n", "zeta", "gain", "offset", "drift")
+    assert found.units == ("rad/s", "1", "1", "m", "m/s")
+    np.testing.assert_allclose(found.values, [6.0, 0.05, 1.5, 0.02, -0.01], rtol=1e-6)
 
 
 def test_missed_impacts_keep_their_number():

@@ -16,13 +16,14 @@ from rich.table import Table
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._cli.setup import Task, task_of
 from impactjax._fit.compare import Fitted, compare
+from impactjax._fit.digits import interval
 from impactjax._fit.laws import LAWS, NO_LAW
 from impactjax._fit.oscillators import OSCILLATORS
 from impactjax._measure.file_error import FileError
 from impactjax._measure.read_recording import read_recording
 from impactjax._report.document import document
 from impactjax._report.page import page
-from impactjax._report.units import interval, quoted, shown_unit
+from impactjax._report.units import shown_unit
 from impactjax._report.words import sentences
 
 _WIDTH = 120  # of a table that is not on a terminal
@@ -147,7 +148,7 @@ def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:
         rms = f"{float(estimate.rms) * factor:.4g} {unit}"
         for i, parameter in enumerate(estimate.names):
             error = float(estimate.standard_errors[i])
-            value = quoted(estimate, parameter)
+            value = estimate.quoted(parameter)
             own = "" if estimate.units[i] == "1" else f" {estimate.units[i]}"
             table.add_row(
                 law if i == 0 else "",

@@ -1,11 +1,13 @@
 """What a fit returns."""
 
+import math
 from typing import Generic, TypeVar
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from impactjax._fit.digits import interval, with_error
 from impactjax._fit.problem import AbstractProblem, Problem
 from impactjax._fit.system import System
 from impactjax._fit.verdict import Verdict
@@ -94,13 +96,32 @@ class Estimate(eqx.Module, Generic[P]):
             return Verdict.FIXED
         return Verdict(int(np.asarray(self.verdicts[self.names.index(name)])))
 
+    def quoted(self, name: str) -> str:
+        """A parameter's value with its standard error; only its bound, where the recording gives it
+        no more than that and the error is no measure of it. Of a single fit.
+        """
+        i = self.names.index(name)
+        value, error = float(self.values[i]), float(self.standard_errors[i])
+        if self.verdict(name) is Verdict.IDENTIFIED or error < abs(value) / 2:
+            return with_error(value, error)
+        allowed = self.problem.handles()[name].allowed
+        low, high = float(self.low[i]), float(self.high[i])
+        low, high = (
+            low if low > allowed.low else -math.inf,
+            high if high < allowed.high else math.inf,
+        )
+        return interval(low, high, error)
+
     def __str__(self) -> str:
         lines = [
-            f"{name} = {value:.6g} ± {error:.2g}{' ' + unit if unit != '1' else ''} "
+            f"{name}{_between(self.quoted(name))}{'' if unit == '1' else f' {unit}'} "
             f"({self.verdict(name)})"
-            for name, value, error, unit in zip(
-                self.names, self.values, self.standard_errors, self.units, strict=True
-            )
+            for name, unit in zip(self.names, self.units, strict=True)
         ]
         state = "converged" if bool(self.converged) else "not converged"
         return "\n".join([*lines, f"rms residual {float(self.rms):.4g}, {state}"])
+
+
+def _between(quoted: str) -> str:
+    """An equals sign before a value, a colon before words."""
+    return f" = {quoted}" if "±" in quoted else f": {quoted}"

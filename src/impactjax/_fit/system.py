@@ -71,9 +71,8 @@ def handles(system: System) -> dict[str, Handle]:
     for name in ("gap", "lower_gap", "upper_gap"):
         if name in found:
             found[name] = found[name]._replace(allowed=found[name].allowed._replace(unit=unit))
-    found["offset"] = found["offset"]._replace(
-        allowed=found["offset"].allowed._replace(unit=system.unit)
-    )
+    for name, unit in (("offset", system.unit), ("drift", f"{system.unit}/s")):
+        found[name] = found[name]._replace(allowed=found[name].allowed._replace(unit=unit))
     return found
 
 

@@ -13,13 +13,14 @@ from impactjax._types import Ratio, Samples, Time
 
 
 class Sensor(eqx.Module):
-    """recorded(t) = gain · low_pass[quantity](t − delay) + offset.
+    """recorded(t) = gain · low_pass[quantity](t − delay) + offset + drift · t.
 
     **Arguments:**
 
     - `gain`: [1].
     - `offset`: in units of the quantity.
     - `delay`: of the whole chain beyond the low-pass [s].
+    - `drift`: of the zero, a trend in the record; in units of the quantity per second.
     - `low_pass`: the anti-aliasing filter, if any.
     - `sigma`: size of the noise, in units of the quantity; found with the fit if `None`.
     - `quantisation`: step of the recorded values, in units of the quantity; none if `None`.
@@ -34,6 +35,11 @@ class Sensor(eqx.Module):
     delay: Time = eqx.field(
         converter=as_parameter, metadata=parameter("s", known=True), default=0.0
     )
+    drift: Float[Array, "..."] = eqx.field(
+        converter=as_parameter,
+        metadata=parameter("unit of the quantity per second", known=True),
+        default=0.0,
+    )
     low_pass: AbstractLowPass | None = None
     sigma: Float[Array, "..."] | None = eqx.field(converter=as_optional_parameter, default=None)
     quantisation: Float[Array, "..."] | None = eqx.field(
@@ -47,7 +53,7 @@ class Sensor(eqx.Module):
         values = quantity.value(model, trajectory)
         if self.low_pass is not None:
             values = self.low_pass.filtered(trajectory.ts, values, quantity.rate(model, trajectory))
-        return self.gain * values + self.offset
+        return self.gain * values + self.offset + self.drift * (trajectory.ts + self.delay)
 
     def floor(self) -> Float[Array, "..."]:
         """Variance of the error that quantisation makes: step² / 12."""

@@ -45,6 +45,7 @@ class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     gain: Finite = 1.0
     offset: Finite = 0.0
     delay: Finite = 0.0
+    drift: Finite = 0.0
     sigma: Positive | None = None
     quantisation: Positive | None = None
     clip: Positive | None = None

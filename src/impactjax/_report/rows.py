@@ -6,10 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from impactjax._fit.compare import Fitted
+from impactjax._fit.digits import interval
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.laws import NO_LAW
 from impactjax._report.outcome import outcome, was_simulated
-from impactjax._report.units import interval, quoted, shown_unit
+from impactjax._report.units import shown_unit
 
 _MOST_IMPACTS = 40
 ABSENT = "–"
@@ -53,7 +54,7 @@ def parameter_rows(estimate: Estimate) -> list[Row]:
     return [
         {
             "name": name,
-            "value": quoted(estimate, name),
+            "value": estimate.quoted(name),
             "unit": "" if estimate.units[i] == "1" else estimate.units[i],
             "interval": interval(
                 float(estimate.low[i]), float(estimate.high[i]), float(estimate.standard_errors[i])

@@ -1,0 +1,36 @@
+"""Numbers with as many digits as their error allows."""
+
+import math
+
+
+def with_error(value: float, error: float) -> str:
+    """A value with its standard error, both to two digits of the error."""
+    if not (math.isfinite(error) and error > 0):
+        return f"{value:.6g}"
+    shown = _rounded(value, error)
+    return f"{shown} ± {error:.2g}" if "e" in shown else f"{shown} ± {_rounded(error, error)}"
+
+
+def interval(low: float, high: float, error: float) -> str:
+    """The 95 % interval to two digits of the standard error; an open side is said."""
+    if math.isinf(low) and math.isinf(high):
+        return "any value"
+    if math.isinf(high):
+        return f"more than {_rounded(low, error)}"
+    if math.isinf(low):
+        return f"less than {_rounded(high, error)}"
+    return f"{_rounded(low, error)} to {_rounded(high, error)}"
+
+
+def _rounded(value: float, error: float) -> str:
+    """A value to two digits of an error, if that is a sensible number of digits."""
+    if not (math.isfinite(error) and error > 0):
+        return f"{value:.4g}"
+    digits = 1 - math.floor(math.log10(error))
+    if 0 <= digits <= 8 and abs(value) < 1e7:
+        return f"{value:.{digits}f}"
+    if error > abs(value):
+        return f"{value:.3g}"
+    if abs(value) < 1e6 and digits < 0:
+        return f"{round(value, digits):.0f}"
+    return f"{value:.{math.floor(math.log10(abs(value))) + digits + 1}g}"
