@@ -112,15 +112,23 @@ def levinson(
 ) -> tuple[Float[Array, "orders weights"], Float[Array, " orders"]]:
     """Autoregressions of all orders from zero, by Levinson's recursion: weights and variances."""
     most = covariances.shape[0] - 1
-    weights = jnp.zeros(most, covariances.dtype)
-    variance = covariances[0]
-    rows, variances = [weights], [variance]
-    for k in range(1, most + 1):
-        explained = weights[: k - 1] @ covariances[1:k][::-1]
+    nothing = jnp.zeros(most, covariances.dtype)
+    if most == 0:
+        return nothing[None], covariances
+    places = jnp.arange(most)
+
+    def longer(shorter: tuple[Array, Scalar], k: Int[Array, ""]) -> tuple[tuple, tuple]:
+        weights, variance = shorter
+        explained = weights @ covariances[jnp.maximum(k - 1 - places, 0)]
         reflection = (covariances[k] - explained) / jnp.where(variance > 0, variance, 1.0)
-        turned = weights[: k - 1] - reflection * weights[: k - 1][::-1]
-        weights = weights.at[: k - 1].set(turned).at[k - 1].set(reflection)
+        mirrored = jnp.where(places < k - 1, weights[jnp.maximum(k - 2 - places, 0)], 0)
+        weights = (weights - reflection * mirrored).at[k - 1].set(reflection)
         variance = variance * (1 - reflection**2)
-        rows.append(weights)
-        variances.append(variance)
-    return jnp.stack(rows), jnp.stack(variances)
+        return (weights, variance), (weights, variance)
+
+    first = nothing, covariances[0]
+    _, (weights, variances) = jax.lax.scan(longer, first, jnp.arange(1, most + 1))
+    return (
+        jnp.concatenate([nothing[None], weights]),
+        jnp.concatenate([covariances[:1], variances]),
+    )
