@@ -1,6 +1,6 @@
 """Whether intervals keep their promise: many simulated recordings with random truths, fitted again.
 
-    python benchmarks/coverage.py [--law kelvin-voigt] [--count 200] [--noise white|filtered]
+    python benchmarks/interval_coverage.py [--law kelvin-voigt] [--count 200] [--noise white|filtered]
         [--starts 1.5]
 
 A JSON line a law: for each parameter, the share of 95 % intervals that hold the truth among the
