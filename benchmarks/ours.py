@@ -17,7 +17,7 @@ from rivals.prepared import Prepared, prepare
 os.environ.setdefault("XLA_FLAGS", FAST)  # read before the first computation
 jax.config.update("jax_enable_x64", True)
 
-STEP, TOLERANCE = ij.TaylorStep(order=10), 5e-8
+STEP, TOLERANCE = ij.TaylorStep(order=12), 5e-8
 STEPS, IMPACTS = 64, 32
 RECORD_STEP, RECORD_TOLERANCE = ij.TaylorStep(order=18), 2e-9  # errors grow over many impacts
 RECORD_STEPS, SWEEP_STEPS = 1024, 2560
