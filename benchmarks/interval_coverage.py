@@ -1,7 +1,7 @@
 """Whether intervals keep their promise: many simulated recordings with random truths, fitted again.
 
-    python benchmarks/interval_coverage.py [--law kelvin-voigt] [--count 200] [--noise white|filtered]
-        [--starts 1.5]
+    python benchmarks/interval_coverage.py [--law kelvin-voigt] [--count 200] [--starts 1.5]
+        [--noise white|filtered]
 
 A JSON line a law: for each parameter, the share of 95 % intervals that hold the truth among the
 fits whose verdict on it is "identified", how many these are, the share among all fits, and that of

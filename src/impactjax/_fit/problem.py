@@ -16,13 +16,9 @@ from impactjax._fit.system import Handle, System, handles, replaced
 from impactjax._fit.transform import to_range
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording, Valid
 from impactjax._simulate.impact_log import ImpactLog
-from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.step import AbstractStep
-from impactjax._simulate.taylor_step import TaylorStep
 from impactjax._types import Scalar
-
-_SERIES = TaylorStep(order=10)  # for 1e-8 as fast as a higher order, and compiled sooner
 
 Residuals = Float[Array, " observations"]
 Tie = Callable[[Mapping[str, Scalar]], ArrayLike]
@@ -37,9 +33,7 @@ class Answer(NamedTuple):
 
 
 class Simulation(eqx.Module):
-    """How a fit simulates; see `simulate`. Without a step, motions with Taylor series take those of
-    order 10.
-    """
+    """How a fit simulates; see `simulate`."""
 
     tolerance: float = eqx.field(default=1e-8, static=True)
     max_steps: int = eqx.field(default=256, static=True)
@@ -214,7 +208,7 @@ def _of_samples(system: System, recording: Recording, simulation: Simulation) ->
         system.initial,
         ts,
         t0=system.start.t0 - system.sensor.delay,
-        step=simulation.step or natural_step(system.model, _SERIES),
+        step=simulation.step,
         tolerance=simulation.tolerance,
         max_steps=simulation.max_steps,
         max_impacts=simulation.max_impacts,
@@ -233,7 +227,7 @@ def _of_impact_times(system: System, recording: ImpactTimes, simulation: Simulat
         system.initial,
         (2 * times[-1] - times[0])[None],
         t0=system.start.t0,
-        step=simulation.step or natural_step(system.model, _SERIES),
+        step=simulation.step,
         tolerance=simulation.tolerance,
         max_steps=simulation.max_steps,
         max_impacts=count - 1,
