@@ -89,9 +89,7 @@ def _sensor(own: SensorTable) -> Sensor:
         low_pass = Butterworth(own.cutoff, order=own.order)
     if own.impulse_response is not None and own.interval is not None:
         low_pass = ImpulseResponse(jnp.asarray(own.impulse_response), own.interval)
-    return Sensor(
-        own.gain, own.offset, own.delay, own.drift, low_pass, own.sigma, own.quantisation
-    )
+    return Sensor(own.gain, own.offset, own.delay, own.drift, low_pass, own.sigma, own.quantisation)
 
 
 def _usual_oscillator(file: File) -> str:
