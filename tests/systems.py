@@ -38,18 +38,8 @@ CASES: dict[str, Case] = {
         (*PENDULUM, "r", *START),
         (13.47, 0.0017, 0.6, 0.7, 0.1),
     ),
-    "pendulum, linear restitution": Case(
-        lambda p: _pendulum(p, ij.LinearRestitution(p[2], p[3])),
-        (*PENDULUM, "r0", "alpha", *START),
-        (13.47, 0.0017, 0.7, 0.2, 0.7, 0.1),
-    ),
     "pendulum, Kelvin-Voigt": Case(
         lambda p: _pendulum(p, ij.KelvinVoigt(p[2], p[3])),
-        (*PENDULUM, "omega0", "gamma", *START),
-        (13.47, 0.0017, 727.5, 0.18, 0.7, 0.1),
-    ),
-    "pendulum, Kelvin-Voigt that never pulls": Case(
-        lambda p: _pendulum(p, ij.KelvinVoigt(p[2], p[3], separation=ij.AtZeroForce())),
         (*PENDULUM, "omega0", "gamma", *START),
         (13.47, 0.0017, 727.5, 0.18, 0.7, 0.1),
     ),

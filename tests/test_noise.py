@@ -114,14 +114,14 @@ def test_correlated_noise_does_not_speak_for_a_law_with_more_parameters():
     noise = correlated(REPLICATES, 0.75)
     moving, still = lines(noise, speed=0.0), lines(noise, speed=0.0, fixed=("x_dot0",))
     assert np.mean(still.aic - moving.aic > 10) > 0.05
-    assert np.mean(behind(moving, still) > 10) < 0.005
+    assert np.mean(eqx.filter_vmap(behind)(moving, still) > 10) < 0.005
 
 
 def test_independent_residuals_leave_the_criterion_as_it_is():
     noise = SIZE * np.random.default_rng(4).standard_normal((20, len(TS)))
     moving, still = lines(noise), lines(noise, fixed=("x_dot0",))
     white = np.asarray(moving.memory == 0)
-    found = np.asarray(behind(moving, still))[white]
+    found = np.asarray(eqx.filter_vmap(behind)(moving, still))[white]
     np.testing.assert_allclose(
         found, np.asarray(still.aic - moving.aic)[white], rtol=1e-6, atol=1e-6
     )

@@ -106,7 +106,7 @@ def test_prior_knowledge_counts_as_a_measurement():
 def test_a_part_is_an_estimate_of_its_recording():
     joint = found(False)
     for i, own in enumerate(values()):
-        each = ij.part(joint, i)
+        each = ij.of_experiment(joint, i)
         assert each.names == ("x0", "x_dot0")
         level, slope = float(each.value("x0")), float(each.value("x_dot0"))
         line = level + slope * TIMES[i]

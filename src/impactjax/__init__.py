@@ -18,6 +18,7 @@ from impactjax._fit.compare import Fitted as Fitted
 from impactjax._fit.compare import Setup as Setup
 from impactjax._fit.compare import compare as compare
 from impactjax._fit.estimate import Estimate as Estimate
+from impactjax._fit.experiment import Experiment as Experiment
 from impactjax._fit.fit import fit as fit
 from impactjax._fit.joint_problem import Normal as Normal
 from impactjax._fit.learn import learn as learn
@@ -34,9 +35,8 @@ from impactjax._fit.noise import WhiteNoise as WhiteNoise
 from impactjax._fit.problem import Simulation as Simulation
 from impactjax._fit.profile import profiled as profiled
 from impactjax._fit.starts import Starts as Starts
-from impactjax._fit.together import Experiment as Experiment
 from impactjax._fit.together import fit_together as fit_together
-from impactjax._fit.together import part as part
+from impactjax._fit.together import of_experiment as of_experiment
 from impactjax._fit.verdict import Verdict as Verdict
 from impactjax._identify.directions import Directions as Directions
 from impactjax._identify.identifiability import identifiability as identifiability

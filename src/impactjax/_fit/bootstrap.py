@@ -9,7 +9,6 @@ from impactjax._fit.estimate import Estimate
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Vector
 from impactjax._fit.problem import AbstractProblem, Residuals
 from impactjax._fit.search import search
-from impactjax._fit.transform import to_unbounded
 
 _TAILS = (0.025, 0.975)
 
@@ -82,12 +81,7 @@ def _refits(
     estimate: Estimate, optimiser: LevenbergMarquardt, keys: Key[Array, " replicates"]
 ) -> tuple[Float[Array, "replicates parameters"], Bool[Array, " replicates"]]:
     problem = estimate.problem
-    start = jnp.stack(
-        [
-            to_unbounded(handle.allowed, estimate.values[i])
-            for i, handle in enumerate(problem.handles().values())
-        ]
-    )
+    start = problem.unbounded(estimate.values)
     parts = jnp.stack([problem.first(share) for share in optimiser.horizons])
 
     def refit(key: Key[Array, ""]) -> tuple[Vector, Bool[Array, ""]]:
@@ -107,10 +101,9 @@ def _simulated(
     Fitting has taken a share of the residuals away, p of n degrees of freedom, which is given back.
     """
     n, p = problem.observations.astype(residuals.dtype), len(problem.names)
-    loss, noise = problem.assumed()
     known = problem.variance()
-    if known is not None and loss.suits_normal_noise():
+    if known is not None and problem.is_classical():
         errors = jnp.sqrt(known) * jax.random.normal(key, residuals.shape, residuals.dtype)
     else:
-        errors = noise.drawn(key, residuals, n) * jnp.sqrt(n / (n - p))
+        errors = problem.assumed().noise.drawn(key, residuals, n) * jnp.sqrt(n / (n - p))
     return problem.moved(jnp.where(problem.valid, errors - residuals, 0.0))

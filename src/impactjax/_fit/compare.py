@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from impactjax._fit.effort import effort
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.experiment import Experiment
 from impactjax._fit.first_estimates import FirstEstimates, first_estimates
 from impactjax._fit.fit import pose, solve
 from impactjax._fit.laws import LAWS, NO_LAW, USUAL_LAWS
@@ -103,7 +104,7 @@ def behind(best: Estimate, other: Estimate) -> Float[Array, "..."]:
 
     Source: Lebreton et al., Ecological Monographs 62, 67 (1992), the quasi-likelihood criterion.
     """
-    n, p = best.problem.recording.observations, len(best.names)
+    n, p = best.problem.observations, len(best.names)
     share = jnp.minimum((best.freedom + p) / n.astype(best.freedom.dtype), 1.0)
     more = 2.0 * (len(other.names) - p)
     return (other.aic - best.aic - more) * share + more
@@ -117,7 +118,7 @@ def _problem(recording: AnyRecording, setup: Setup, law: str, dry: bool) -> Prob
     seen = first_sight(recording, setup, dry)
     stop = None if law == NO_LAW else Stop(LAWS[law](seen))
     model = ImpactOscillator(seen.oscillator, stop)
-    posed = pose(model, recording, initial=seen.initial, sensor=setup.sensor)
+    posed = pose(Experiment(model, recording, seen.initial, setup.sensor))
     known = handles(posed.system)
     given = {name: value for name, value in {**setup.start, **setup.fixed}.items() if name in known}
     system = replaced(posed.system, tuple(given), tuple(given.values())) if given else posed.system

@@ -16,7 +16,7 @@ from impactjax._simulate.taylor_step import TaylorStep
 
 _FADED = 1e-3  # speed, relative to the fastest, below which impacts are summed
 _MARGIN = 1.5  # for parameters that differ from the first estimates
-_TURN_STEPS = 4  # of a swing from one side to the other
+_TURN_STEPS = 8  # of a swing from one side to the other
 _IMPACT_STEPS = 8  # of an impact and the flight that follows
 _DEARER = 4  # steps by a Runge-Kutta method, beside those by Taylor series
 
@@ -27,7 +27,8 @@ def effort(recording: AnyRecording, seen: FirstEstimates, model: ImpactOscillato
     """
     swings = _swings(recording, seen)
     impacts = 0.0 if model.lower is None else swings + seen.speeds.size + _chatter(seen, model)
-    dearer = 1 if isinstance(natural_step(model), TaylorStep) else _DEARER
+    step = natural_step(model, Simulation().tolerance)
+    dearer = 1 if isinstance(step, TaylorStep) else _DEARER
     steps = _MARGIN * dearer * (_TURN_STEPS * swings + _IMPACT_STEPS * impacts) + CHUNK
     return Simulation(max_steps=_power(steps), max_impacts=_power(_MARGIN * impacts + 8))
 

@@ -29,7 +29,8 @@ class Estimate(eqx.Module, Generic[P]):
     - `low`, `high`: ends of the 95 % interval; a range's end, or infinity, where it is open.
     - `covariance`: of the values.
     - `verdicts`: as `Verdict` numbers.
-    - `residuals`: simulated minus recorded, in the recording's SI unit; 0 if not valid.
+    - `residuals`: simulated minus recorded, in the recording's SI unit; 0 if not valid. Of several
+      recordings in turn, each in sizes of its noise, then those of what is known beforehand.
     - `jacobian`: derivatives of the residuals by the parameters, in their own units.
     - `impacts`: the impact log of the fitted system; with an axis of recordings if
       several were fitted.

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax.core import Tracer
 
 from impactjax._fit.estimate import Estimate, P
+from impactjax._fit.experiment import Experiment
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
@@ -61,19 +62,10 @@ def fit(
     **Raises** `ValueError` for a name that the system does not have, and for a recording with fewer
     observations than parameters. A fit that does not converge says so in the estimate.
     """
-    problem = pose(
-        model,
-        recording,
-        initial=initial,
-        sensor=sensor,
-        fixed=fixed,
-        free=free,
-        simulation=simulation,
-        loss=loss,
-        noise=noise,
-        ties=ties,
+    experiment = Experiment(
+        model, recording, initial, sensor, fixed, free, ties, simulation, loss, noise
     )
-    return solve(problem, starts, optimiser)
+    return solve(pose(experiment), starts, optimiser)
 
 
 def solve(problem: Problem, starts: Starts, optimiser: LevenbergMarquardt) -> Estimate[Problem]:
@@ -88,24 +80,19 @@ def best_from(problem: P, lanes: Lanes, optimiser: LevenbergMarquardt) -> Estima
     return summarise(problem, best_of(minima), minima.quadratic.cost)
 
 
-def pose(
-    model: ImpactOscillator,
-    recording: AnyRecording,
-    *,
-    initial: InitialState,
-    sensor: Sensor | None = None,
-    fixed: Sequence[str] = (),
-    free: Sequence[str] = (),
-    simulation: Simulation = Simulation(),
-    loss: AbstractLoss = Squares(),
-    noise: AbstractNoise = AutoregressiveNoise(),
-    ties: Mapping[str, Tie] = MappingProxyType({}),
-) -> Problem:
-    """The problem that `fit` solves; its arguments are those of `fit`."""
+def pose(experiment: Experiment) -> Problem:
+    """The problem that an experiment sets. Raises as `fit` does."""
+    recording, fixed, free, ties = (
+        experiment.recording,
+        experiment.fixed,
+        experiment.free,
+        experiment.ties,
+    )
     by_times = isinstance(recording, ImpactTimes)
     first = recording.times[0] if isinstance(recording, ImpactTimes) else recording.ts[0]
     unit = "s" if isinstance(recording, ImpactTimes) else recording.quantity.unit
-    system = System(model, initial, Start(first), Sensor() if sensor is None else sensor, unit)
+    sensor = Sensor() if experiment.sensor is None else experiment.sensor
+    system = System(experiment.model, experiment.initial, Start(first), sensor, unit)
     known = handles(system)
     for name in (*fixed, *free, *ties):
         if name not in known:
@@ -125,8 +112,8 @@ def pose(
         system=system,
         recording=recording,
         names=names,
-        simulation=simulation,
-        loss=loss,
-        noise=noise,
+        simulation=experiment.simulation,
+        loss=experiment.loss,
+        noise=experiment.noise,
         ties=tuple(ties.items()),
     )

@@ -90,6 +90,9 @@ class JointProblem(AbstractProblem):
     def variance(self) -> Scalar | None:
         return jnp.ones(()) if self.sizes_found == 0 else None
 
+    def is_classical(self) -> bool:
+        return all(each.is_classical() for each in self.problems)
+
     def moved(self, rows: Float[Array, " observations"]) -> "JointProblem":
         """What is known beforehand moves too."""
         *parts, known = _blocks(rows, self._lengths)
@@ -129,10 +132,11 @@ class JointProblem(AbstractProblem):
             logs.append(answer.impacts)
         for prior, index in zip(self.priors, self.asked, strict=True):
             rows.append(((values[index] - prior.mean) / prior.sigma)[None])
-            columns.append(jnp.zeros((1, len(self.names))).at[0, index].set(1 / prior.sigma))
+            slope = jnp.zeros((1, len(self.names)), values.dtype)
+            columns.append(slope.at[0, index].set(1 / prior.sigma))
         return Answer(jnp.concatenate(rows), _stacked(logs), jnp.concatenate(columns))
 
-    def part(self, index: int, rows: Float[Array, "... observations"]) -> Array:
+    def share(self, index: int, rows: Float[Array, "... observations"]) -> Array:
         """One recording's share of the residuals or other rows, in its SI unit."""
         return _blocks(rows, self._lengths)[index] * self.sizes[index]
 
@@ -149,9 +153,6 @@ class _JointLoss(AbstractLoss):
             for loss, size, block in zip(self.losses, self.sizes, own, strict=True)
         ]
         return jnp.concatenate([*costs, known**2 / 2])
-
-    def suits_normal_noise(self) -> bool:
-        return all(loss.suits_normal_noise() for loss in self.losses)
 
 
 class _JointNoise(AbstractNoise):

@@ -10,11 +10,12 @@ import optax
 from jaxtyping import Array, Float, Int
 
 from impactjax._fit.descent import History, begin, step
+from impactjax._fit.experiment import Experiment
 from impactjax._fit.fit import pose
 from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, places
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
-from impactjax._fit.problem import Answer, Simulation
+from impactjax._fit.problem import Answer, Simulation, around
 from impactjax._measure.recording import AnyRecording
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
@@ -80,17 +81,18 @@ def learn(
     for name, count in (("steps", steps), ("rounds", rounds)):
         if count < 1:
             raise ValueError(f"Argument `{name}` must be at least 1, but it is {count}.")
-    problem = pose(
+    experiment = Experiment(
         model,
         recording,
-        initial=initial,
-        sensor=sensor,
-        fixed=fixed,
-        free=free,
+        initial,
+        sensor,
+        fixed,
+        free,
         simulation=simulation,
         loss=loss,
         noise=noise,
     )
+    problem = pose(experiment)
     task = Task(problem, places(problem.system, where))
     search = _first(task, rounds * steps)
     for end in (rounds,) if tell is None else range(rounds + 1):
@@ -131,13 +133,10 @@ class _Slopes(eqx.Module):
 
 
 def _slopes(task: Task, numbers: Numbers) -> _Slopes:
-    answer, loss = task.answer(numbers), task.problem.loss
-    assert answer.jacobian is not None
-    weighted = loss.weight(answer.residuals)[:, None] * answer.jacobian
-    gradient, curvature = weighted.T @ answer.residuals, weighted.T @ answer.jacobian
+    answer = task.answer(numbers)
+    cost, gradient, curvature = around(task.problem.loss, answer)
     least = jnp.finfo(numbers.dtype).eps * jnp.trace(curvature)
     bounds = jnp.abs(gradient) + jnp.where(least > 0, least, 1.0)
-    cost = jnp.sum(loss.cost(answer.residuals))
     return _Slopes(answer, cost, gradient, curvature + jnp.diag(bounds))
 
 

@@ -12,7 +12,6 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from impactjax._fit.problem import Answer, Problem
 from impactjax._fit.system import System, handles, replaced
-from impactjax._fit.transform import to_unbounded
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Scalar
 
@@ -61,11 +60,10 @@ class Task(eqx.Module):
         return jnp.sum(self.problem.loss.cost(answer.residuals))
 
     def _parts(self) -> tuple[Array, tuple[Array, ...]]:
-        system, known = self.problem.system, handles(self.problem.system)
-        places = [known[name] for name in self.problem.names]
-        named = [to_unbounded(place.allowed, place.get(system)) for place in places]
+        system = self.problem.system
+        values = jnp.stack([place.get(system) for place in self.problem.handles().values()])
         leaves = jax.tree.leaves(system)
-        return jnp.stack(named), tuple(leaves[i] for i in self.places)
+        return self.problem.unbounded(values), tuple(leaves[i] for i in self.places)
 
 
 class Learned(eqx.Module):

@@ -19,12 +19,6 @@ class AbstractLoss(eqx.Module):
     def cost(self, residuals: Residuals) -> Residuals:
         """ρ of each residual, in its unit squared."""
 
-    def suits_normal_noise(self) -> bool:
-        """Whether the cost is the likelihood of normal noise, so that its size, if known, tells
-        the errors.
-        """
-        return False
-
     def score(self, residuals: Residuals) -> Residuals:
         """ρ′: how much each residual pulls."""
         return jax.jvp(self.cost, (residuals,), (jnp.ones_like(residuals),))[1]
@@ -45,9 +39,6 @@ class Squares(AbstractLoss):
 
     def cost(self, residuals: Residuals) -> Residuals:
         return residuals**2 / 2
-
-    def suits_normal_noise(self) -> bool:
-        return True
 
 
 class SoftL1(AbstractLoss):

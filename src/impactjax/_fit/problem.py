@@ -9,11 +9,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from impactjax._fit.levenberg_marquardt import Quadratic, Vector
+from impactjax._fit.levenberg_marquardt import Matrix, Quadratic, Vector
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.system import Handle, System, handles, replaced
-from impactjax._fit.transform import to_range
+from impactjax._fit.transform import to_range, to_unbounded
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording, Valid
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulate import simulate
@@ -86,6 +86,10 @@ class AbstractProblem(eqx.Module):
         """Variance of a residual, if it is known."""
 
     @abc.abstractmethod
+    def is_classical(self) -> bool:
+        """Whether the errors are those of least squares under independent noise of known size."""
+
+    @abc.abstractmethod
     def moved(self, rows: Residuals) -> "AbstractProblem":
         """The problem with so much taken from what was recorded: the residuals grow by it."""
 
@@ -109,22 +113,32 @@ class AbstractProblem(eqx.Module):
         known = self.handles()
         return jnp.stack([to_range(known[name].allowed, u[i]) for i, name in enumerate(self.names)])
 
+    def unbounded(self, values: Float[Array, "... parameters"]) -> Float[Array, "... parameters"]:
+        """The optimiser's numbers that stand for natural values."""
+        allowed = [handle.allowed for handle in self.handles().values()]
+        each = [to_unbounded(own, values[..., i]) for i, own in enumerate(allowed)]
+        return jnp.stack(each, axis=-1)
+
     def expand(self, u: Vector) -> Quadratic[Answer]:
         """The cost around a point."""
         values, slopes = jax.jvp(self.values, (u,), (jnp.ones_like(u),))
         answer = self.answer(values)
-        residuals, jacobian = answer.residuals, answer.jacobian
-        assert jacobian is not None
-        loss = self.assumed().loss
-        weighted = loss.weight(residuals)[:, None] * jacobian
-        information = weighted.T @ jacobian
+        cost, gradient, information = around(self.assumed().loss, answer)
         return Quadratic(
-            cost=jnp.sum(loss.cost(residuals)),
-            gradient=(weighted.T @ residuals) * slopes,
+            cost=cost,
+            gradient=gradient * slopes,
             curvature=information * slopes[:, None] * slopes[None, :],
             information=information,
             answer=answer,
         )
+
+
+def around(loss: AbstractLoss, answer: Answer) -> tuple[Scalar, Vector, Matrix]:
+    """The cost of some residuals, its gradient, and Gauss and Newton's curvature."""
+    residuals, jacobian = answer.residuals, answer.jacobian
+    assert jacobian is not None
+    weighted = loss.weight(residuals)[:, None] * jacobian
+    return jnp.sum(loss.cost(residuals)), weighted.T @ residuals, weighted.T @ jacobian
 
 
 class Problem(AbstractProblem):
@@ -164,6 +178,9 @@ class Problem(AbstractProblem):
 
     def variance(self) -> Scalar | None:
         return self.system.sensor.variance()
+
+    def is_classical(self) -> bool:
+        return self.variance() is not None and isinstance(self.loss, Squares)
 
     def moved(self, rows: Residuals) -> "Problem":
         if isinstance(self.recording, ImpactTimes):

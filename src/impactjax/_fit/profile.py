@@ -11,7 +11,6 @@ from scipy import special
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.search import search
-from impactjax._fit.transform import to_unbounded
 from impactjax._fit.verdict import Verdict
 from impactjax._model.parameter import Range
 
@@ -146,8 +145,7 @@ def _rises(
     starts = np.array([_start(estimate, ranges, w, v) for w, v in zip(walks, held, strict=True)])
     active = np.ones(starts.shape, bool)
     active[np.arange(len(walks)), [walk.parameter for walk in walks]] = False
-    columns = [to_unbounded(r, jnp.asarray(starts[:, k])) for k, r in enumerate(ranges)]
-    unbounded = np.stack([np.asarray(column) for column in columns], axis=1)
+    unbounded = np.asarray(estimate.problem.unbounded(jnp.asarray(starts)))
     # The others start close: each part is the whole. As many as elsewhere, so nothing is compiled.
     whole = jnp.tile(estimate.problem.valid, (len(optimiser.horizons), 1))
     costs = []

@@ -7,7 +7,6 @@ from jaxtyping import Array, Float
 
 from impactjax._fit.problem import Problem
 from impactjax._fit.system import handles
-from impactjax._fit.transform import to_unbounded
 
 _CONTACT_SPREAD, _OTHER_SPREAD = 1.0, 0.02
 
@@ -45,5 +44,5 @@ class Starts(eqx.Module):
             )
             values = value * jnp.exp(scatter.at[0].set(0.0))
             allowed = known[name].allowed
-            columns.append(to_unbounded(allowed, jnp.clip(values, allowed.low, allowed.high)))
-        return jnp.stack(columns, axis=1)
+            columns.append(jnp.clip(values, allowed.low, allowed.high))
+        return problem.unbounded(jnp.stack(columns, axis=1))

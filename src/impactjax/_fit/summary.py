@@ -30,10 +30,10 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     variance = squares / (n - p) if known is None else known
     stiffness = loss.stiffness(residuals)[:, None]
     half, informative = _half_inverse(jacobian.T @ (stiffness * jacobian))
-    independent = variance * jnp.eye(p, dtype=values.dtype)
-    assumed = known is not None and loss.suits_normal_noise()
-    correlated, samples = _spread(problem, residuals, n, jacobian @ half)
-    spread, freedom = (independent, jnp.full_like(n, jnp.inf)) if assumed else (correlated, samples)
+    if problem.is_classical():
+        spread, freedom = variance * jnp.eye(p, dtype=values.dtype), jnp.full_like(n, jnp.inf)
+    else:
+        spread, freedom = _spread(problem, residuals, n, jacobian @ half)
     infinite = jnp.diag(jnp.where(informative, 0.0, jnp.inf))
     covariance = half @ spread @ half.T + infinite
     plain = variance * jnp.sum(half**2, axis=1)

@@ -2,54 +2,24 @@
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.experiment import Experiment
 from impactjax._fit.fit import best_from, pose, solve
 from impactjax._fit.joint_problem import JointProblem, Normal
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Vector
-from impactjax._fit.loss import AbstractLoss, Squares
-from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
-from impactjax._fit.problem import Problem, Simulation, Tie
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.problem import Problem
 from impactjax._fit.search import Lanes
 from impactjax._fit.starts import Starts
-from impactjax._fit.transform import to_unbounded
 from impactjax._measure.recording import AnyRecording, Recording
-from impactjax._measure.sensor import Sensor
-from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._simulate.simulate import InitialState
 from impactjax._types import Scalar
 
 _ROUNDS = 3  # in which the sizes of the noise settle
 _STARTS = 8  # at most: with what so many of the experiments say of what is shared
-
-
-class Experiment(NamedTuple):
-    """One recording and what stands behind it; the terms are those of `fit`.
-
-    - `model`: the system, with starting values.
-    - `recording`: what was measured.
-    - `initial`: starting values of the state at the first sample or impact.
-    - `sensor`: what stands between motion and recording; nothing if `None`.
-    - `fixed`, `free`: names of parameters to leave alone, and to fit although usually known.
-    - `ties`: parameters that follow from others of this experiment.
-    - `simulation`, `loss`, `noise`: how it is simulated, and what is assumed of its residuals.
-    """
-
-    model: ImpactOscillator
-    recording: AnyRecording
-    initial: InitialState
-    sensor: Sensor | None = None
-    fixed: Sequence[str] = ()
-    free: Sequence[str] = ()
-    ties: Mapping[str, Tie] = MappingProxyType({})
-    simulation: Simulation = Simulation()
-    loss: AbstractLoss = Squares()
-    noise: AbstractNoise = AutoregressiveNoise()
 
 
 def fit_together(
@@ -87,7 +57,7 @@ def fit_together(
     if not experiments:
         raise ValueError("There is no experiment to fit.")
     most = max(_length(each.recording) for each in experiments)
-    problems = [_posed(each, most) for each in experiments]
+    problems = [pose(_padded(each, most)) for each in experiments]
     alone = [solve(problem, starts, optimiser) for problem in problems]
     names, places = _named(problems, shared, own)
     for name in priors:
@@ -105,19 +75,19 @@ def fit_together(
     estimate = best_from(joint, lanes, optimiser)
     for _ in range(_ROUNDS - 1 if joint.sizes_found else 0):
         joint = eqx.tree_at(lambda each: each.sizes, joint, _sizes(estimate))
-        lanes = jnp.broadcast_to(_unbounded(joint, estimate.values), lanes.shape)
+        lanes = jnp.broadcast_to(joint.unbounded(estimate.values), lanes.shape)
         estimate = best_from(joint, lanes, optimiser)
     return estimate
 
 
-def part(estimate: Estimate[JointProblem], index: int) -> Estimate[Problem]:
+def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Problem]:
     """One experiment of a joint estimate, with the errors that all of them leave: for figures,
     words and residuals. The criteria are those of the joint fit.
     """
     joint = estimate.problem
     places = jnp.array(joint.places[index])
-    residuals = joint.part(index, estimate.residuals)
-    jacobian = joint.part(index, estimate.jacobian)[:, places]
+    residuals = joint.share(index, estimate.residuals)
+    jacobian = joint.share(index, estimate.jacobian)[:, places]
     problem = joint.problems[index]
     count = problem.observations.astype(residuals.dtype)
     return Estimate(
@@ -147,13 +117,12 @@ def _length(recording: AnyRecording) -> int:
     return recording.valid.shape[-1] if isinstance(recording, Recording) else 0
 
 
-def _posed(experiment: Experiment, most: int) -> Problem:
-    """The problem of one experiment; records of one length share a program."""
-    own = experiment._asdict()
-    model, recording = own.pop("model"), own.pop("recording")
+def _padded(experiment: Experiment, count: int) -> Experiment:
+    """Records of one length share a program."""
+    recording = experiment.recording
     if isinstance(recording, Recording):
-        recording = recording.padded(most)
-    return pose(model, recording, **own)
+        return experiment._replace(recording=recording.padded(count))
+    return experiment
 
 
 def _named(
@@ -195,7 +164,7 @@ def _sizes(estimate: Estimate[JointProblem]) -> tuple[Scalar, ...]:
     dtype = estimate.residuals.dtype
     share = 1 - len(joint.names) / joint.observations.astype(dtype)
     for i, problem in enumerate(joint.problems):
-        squares = jnp.sum(joint.part(i, estimate.residuals) ** 2)
+        squares = jnp.sum(joint.share(i, estimate.residuals) ** 2)
         known = problem.variance()
         count = problem.observations.astype(dtype)
         variance = squares / (count * share) if known is None else known
@@ -211,12 +180,5 @@ def _lanes(joint: JointProblem, alone: Sequence[Estimate[Problem]]) -> Lanes:
         values = jnp.zeros(len(joint.names), alone[0].values.dtype)
         for i in (*(i for i in order if i != chief), chief):
             values = values.at[jnp.array(joint.places[i])].set(alone[i].values)
-        rows.append(_unbounded(joint, values))
+        rows.append(joint.unbounded(values))
     return jnp.stack(rows)
-
-
-def _unbounded(joint: JointProblem, values: Vector) -> Vector:
-    known = joint.handles()
-    return jnp.stack(
-        [to_unbounded(known[name].allowed, values[i]) for i, name in enumerate(joint.names)]
-    )

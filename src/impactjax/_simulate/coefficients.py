@@ -71,7 +71,7 @@ def coefficients_of_restitution(
 def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar) -> Coefficients:
     metered = _Metered(law=law, separation=law.separation)
     model = ImpactOscillator(FreeMass(m), Stop(metered))
-    step, start = natural_step(model), jnp.zeros_like(v)
+    step, start = natural_step(model, tolerance), jnp.zeros_like(v)
     y0 = with_internal(model, start, -v)
     end = LONGEST * time_scale(law, v, m)
     run = Run(model, y0, start, end, tolerance, jnp.ones((), bool))

@@ -69,8 +69,8 @@ def simulate(
     - `ts`: times at which to sample, strictly increasing, shape (samples,) [s].
     - `t0`: time of the initial state, not after the first sample [s]; if left out, that of the
       first sample.
-    - `step`: how to step; if left out, `TaylorStep()` where the model's equations are analytic and
-      `RungeKutta()` otherwise.
+    - `step`: how to step; if left out, a `TaylorStep` of the order that suits the tolerance where
+      the model's equations are analytic and `RungeKutta()` otherwise.
     - `tolerance`: error allowed relative to the motion; if left out, 1e-8 in double and 1e-5 in
       single precision.
     - `max_steps`: steps that a lane may take. Memory grows with it, computing time hardly does.
@@ -97,7 +97,7 @@ def simulate(
         tolerance = 1e-8 if jnp.finfo(dtype).bits > 32 else 1e-5
     _check_tolerance(tolerance, dtype)
     return _simulate(
-        natural_step(model) if step is None else step,
+        natural_step(model, tolerance) if step is None else step,
         chatter,
         -(-max_steps // CHUNK) * CHUNK,
         max_impacts,

@@ -1,0 +1,37 @@
+"""One recording and what stands behind it."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import NamedTuple
+
+from impactjax._fit.loss import AbstractLoss, Squares
+from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
+from impactjax._fit.problem import Simulation, Tie
+from impactjax._measure.recording import AnyRecording
+from impactjax._measure.sensor import Sensor
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._simulate.simulate import InitialState
+
+
+class Experiment(NamedTuple):
+    """One recording and what stands behind it; the terms are those of `fit`.
+
+    - `model`: the system, with starting values.
+    - `recording`: what was measured.
+    - `initial`: starting values of the state at the first sample or impact.
+    - `sensor`: what stands between motion and recording; nothing if `None`.
+    - `fixed`, `free`: names of parameters to leave alone, and to fit although usually known.
+    - `ties`: parameters that follow from others of this experiment.
+    - `simulation`, `loss`, `noise`: how it is simulated, and what is assumed of its residuals.
+    """
+
+    model: ImpactOscillator
+    recording: AnyRecording
+    initial: InitialState
+    sensor: Sensor | None = None
+    fixed: Sequence[str] = ()
+    free: Sequence[str] = ()
+    ties: Mapping[str, Tie] = MappingProxyType({})
+    simulation: Simulation = Simulation()
+    loss: AbstractLoss = Squares()
+    noise: AbstractNoise = AutoregressiveNoise()
