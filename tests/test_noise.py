@@ -1,5 +1,6 @@
 """Errors under correlated residuals and under outliers: their promise, over many replicates."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
