@@ -22,9 +22,9 @@ import numpy as np
 from jaxtyping import Array
 
 import impactjax as ij
-from impactjax._cli.environment import FAST
+from impactjax._cli.environment import OPTIONS
 
-os.environ.setdefault("XLA_FLAGS", FAST)  # read before the first computation
+os.environ.setdefault("XLA_FLAGS", OPTIONS)  # read before the first computation
 jax.config.update("jax_enable_x64", True)
 
 TIMES = np.arange(1401) / 1000
@@ -70,7 +70,7 @@ def model(case: Case, p: Array) -> ij.ImpactOscillator:
 
 
 SENSOR = ij.Sensor(low_pass=ij.Butterworth(50.0))
-SIMULATION = ij.Simulation(max_steps=128, max_impacts=32)
+SIMULATION = ij.Simulation(max_steps=256, max_impacts=32)
 
 
 def recorded(case: Case, p: Array, noise: Array) -> ij.Recording:

@@ -73,8 +73,8 @@ def outputs(make, parameters, exponents):
         jnp.array([0.2, 0.5, 0.95]),
         t0=0.0,
         step=SERIES if analytic else METHOD,
-        tolerance=1e-12 if analytic else 1e-14,
-        max_steps=2048 if analytic else 8192,
+        tolerance=1e-12 if analytic else 4e-15,
+        max_steps=2048 if analytic else 16384,
         max_impacts=IMPACTS,
     )
     log = {column: getattr(run.impacts, column) for column in COLUMNS}

@@ -115,3 +115,24 @@ def test_a_force_law_may_hold_an_array():
     run = ij.simulate(model, ij.InitialState(0.01, -(0.27**0.5)), jnp.array([0.0, 1.0]))
     np.testing.assert_allclose(run.impacts.deepest_penetration[0], 0.03, rtol=1e-6)
     np.testing.assert_allclose(run.velocity[1], 0.27**0.5, rtol=1e-7)
+
+
+@pytest.mark.parametrize("order", [9, 11, 15])
+def test_a_force_that_ends_at_the_surface_ends_once(order):
+    """A lossless spring without pull: the force and the indentation are zero at one time, and
+    rounding must not let the mass press again on what it has left.
+    """
+    law = Series(a=jnp.array([100.0, 1e4, 0.0]))
+    model = ij.ImpactOscillator(ij.FreeMass(1.0), ij.Stop(law))
+    speeds = jnp.linspace(0.05, 1.0, 200)
+    back = jax.vmap(
+        lambda v: ij.simulate(
+            model,
+            ij.InitialState(0.01, -v),
+            jnp.array([0.0, 1.0]),
+            step=ij.TaylorStep(order),
+            max_steps=64,
+        )
+    )(speeds)
+    assert jnp.all(back.result == ij.RESULTS.successful)
+    np.testing.assert_allclose(back.velocity[:, 1], speeds, rtol=1e-7)

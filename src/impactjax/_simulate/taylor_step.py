@@ -76,11 +76,12 @@ class TaylorStep(AbstractStep):
         heads = automaton.just_after(start.arrival, start.mode, heads)
         cleaned = [[*head, *guard[3:]] for head, guard in zip(heads, scaled, strict=True)]
         event, fraction, unclear = _first_event(cleaned, settle)
-        h = h * jnp.minimum(fraction, 1.0)
+        shorter = _inside(h, fraction, start.t)
+        h = jnp.where(unclear, shorter, h * jnp.minimum(fraction, 1.0))
         end = self.evaluate(
             automaton, start.mode, self._packed(start.y, position, internal, unit), h
         )
-        after = _Memory(natural, jnp.where(unclear, h / 2, jnp.inf))
+        after = _Memory(natural, jnp.where(unclear, shorter, jnp.inf))
         return Outcome(~unclear, h, end, event, after)
 
     def expand(
@@ -172,7 +173,13 @@ def _first_event(guards: list[Series], settle: Flag) -> tuple[Code, Scalar, Flag
         event = jnp.where(earlier, index, event).astype(jnp.int32)
         fraction = jnp.where(earlier, crossing.fraction, fraction)
         unclear = unclear | crossing.unclear
-    return event, fraction, unclear
+    return event, fraction, unclear & (fraction > 0)
+
+
+def _inside(h: Scalar, fraction: Scalar, t: Scalar) -> Scalar:
+    """A shorter step that has the event found, if any, inside it, and that time can resolve."""
+    least = 4 * jnp.finfo(t.dtype).eps * jnp.abs(t)
+    return jnp.minimum(h / 2, jnp.maximum(2 * jnp.minimum(fraction, 1.0) * h, least))
 
 
 def _if_free(velocity: Scalar, drive: Series, unit: Scalar) -> Series:
