@@ -22,9 +22,9 @@ import numpy as np
 from jaxtyping import Array
 
 import impactjax as ij
-from impactjax._cli.environment import OPTIONS
+from options import FAST
 
-os.environ.setdefault("XLA_FLAGS", OPTIONS)  # read before the first computation
+os.environ.setdefault("XLA_FLAGS", FAST)  # read before the first computation
 jax.config.update("jax_enable_x64", True)
 
 TIMES = np.arange(1401) / 1000

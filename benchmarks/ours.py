@@ -10,11 +10,11 @@ from jaxtyping import Array
 
 import impactjax as ij
 from contact_alone import ContactAlone
-from impactjax._cli.environment import OPTIONS
+from options import FAST
 from rivals import reference, tasks
 from rivals.prepared import Prepared, prepare
 
-os.environ.setdefault("XLA_FLAGS", OPTIONS)  # read before the first computation
+os.environ.setdefault("XLA_FLAGS", FAST)  # read before the first computation
 jax.config.update("jax_enable_x64", True)
 
 STEP, TOLERANCE = ij.TaylorStep(order=12), 5e-8

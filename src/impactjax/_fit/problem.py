@@ -113,6 +113,7 @@ class AbstractProblem(eqx.Module):
         known = self.handles()
         return jnp.stack([to_range(known[name].allowed, u[i]) for i, name in enumerate(self.names)])
 
+    @eqx.filter_jit
     def unbounded(self, values: Float[Array, "... parameters"]) -> Float[Array, "... parameters"]:
         """The optimiser's numbers that stand for natural values."""
         allowed = [handle.allowed for handle in self.handles().values()]
