@@ -17,7 +17,7 @@ import jax  # noqa: E402  after the environment that it reads
 from impactjax._cli.environment import OPTIONS, prepare  # noqa: E402
 
 # Compiling is most of the time of a test: programs are left as slow as they come.
-os.environ.setdefault("XLA_FLAGS", OPTIONS.replace("level=1", "level=0"))
+os.environ.setdefault("XLA_FLAGS", f"{OPTIONS} --xla_backend_optimization_level=0")
 prepare()
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
+from impactjax._simulate.natural_step import natural_order
 
 IMPACTS = 1000
 
@@ -134,3 +135,13 @@ def test_parameter_values_never_cause_a_retrace():
         seen.append(traces)
     assert seen[0] > 0
     assert seen == seen[:1] * 3
+
+
+def test_the_order_follows_the_tolerance():
+    """Jorba and Zou (2005): 1 − ln(ε) / 2; a tolerance whose value is not known counts as small."""
+    assert natural_order(np.exp(-19.9)) == 11
+    assert natural_order(np.exp(-20.1)) == 12
+    assert natural_order(np.array([1e-3, np.exp(-27.9)])) == 15
+    orders = []
+    jax.jit(lambda tolerance: orders.append(natural_order(tolerance)))(1e-3)
+    assert orders == [15]
