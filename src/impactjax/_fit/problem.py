@@ -36,7 +36,7 @@ class Simulation(eqx.Module):
     """How a fit simulates; see `simulate`."""
 
     tolerance: float = eqx.field(default=1e-8, static=True)
-    max_steps: int = eqx.field(default=256, static=True)
+    max_steps: int = eqx.field(default=512, static=True)
     max_impacts: int = eqx.field(default=64, static=True)
     step: AbstractStep | None = None
 
