@@ -14,10 +14,9 @@ os.environ.setdefault("EQX_ON_ERROR", "nan")
 
 import jax  # noqa: E402  after the environment that it reads
 
-from impactjax._cli.environment import OPTIONS, prepare  # noqa: E402
+from impactjax._cli.environment import FAST, prepare  # noqa: E402
 
-# Compiling is most of the time of a test: programs are left as slow as they come.
-os.environ.setdefault("XLA_FLAGS", f"{OPTIONS} --xla_backend_optimization_level=0")
+os.environ.setdefault("XLA_FLAGS", FAST)
 prepare()
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from impactjax._cli.attempts import attempted
 from impactjax._cli.environment import prepare
 from impactjax._cli.fit import fit_command
 from impactjax._cli.simulate import simulate_command
@@ -42,4 +43,4 @@ app.command("simulate")(simulate_command)
 def main() -> None:
     """Entry point of the command."""
     prepare()
-    app()
+    attempted(app)

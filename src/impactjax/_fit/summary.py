@@ -100,9 +100,11 @@ def _spread(
 
 def _quantile(freedom: Scalar, most: int) -> Scalar:
     """That of Student's distribution for a 95 % interval."""
-    table = jnp.asarray(special.stdtrit(np.arange(1, most + 1), 0.975), freedom.dtype)
-    row = jnp.clip(jnp.nan_to_num(freedom), 1, most).astype(jnp.int32) - 1
-    return jnp.where(jnp.isfinite(freedom), table[row], _NORMAL)
+    whole = np.arange(1.0, most + 1)
+    table = special.stdtrit(whole, 0.975)
+    whole, table = jnp.asarray(whole, freedom.dtype), jnp.asarray(table, freedom.dtype)
+    student = jnp.interp(jnp.nan_to_num(freedom), whole, table)
+    return jnp.where(jnp.isfinite(freedom), student, _NORMAL)
 
 
 def _half_inverse(information: Array) -> tuple[Array, Array]:

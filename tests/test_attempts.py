@@ -1,0 +1,65 @@
+"""The command survives a compiler that aborts."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = """
+import os, sys, time
+from impactjax._cli.attempts import attempted
+from impactjax._cli.environment import FAST, SAFE
+
+def command():
+    flags = os.environ["XLA_FLAGS"]
+    print({FAST: "fast", SAFE: "safe"}.get(flags, flags), flush=True)
+    if flags == FAST and sys.argv[1] == "abort":
+        os.abort()
+    if sys.argv[1] == "wait":
+        print(os.getpid(), flush=True)
+        time.sleep(600)
+    sys.exit(3)
+
+attempted(command)
+"""
+
+
+def run(how: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    clean = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
+    return subprocess.run(
+        [sys.executable, "-c", PROGRAM, how],
+        env={**clean, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
+@pytest.mark.parametrize(("how", "tried"), [("work", ["fast"]), ("abort", ["fast", "safe"])])
+def test_an_aborted_attempt_is_made_again(how, tried):
+    found = run(how)
+    assert (found.returncode, found.stdout.split()) == (3, tried)
+    assert ("trying again" in found.stderr) == (how == "abort")
+
+
+def test_what_the_environment_says_is_kept():
+    found = run("abort", XLA_FLAGS="--xla_cpu_enable_fast_math=false")
+    assert (found.returncode, found.stdout.strip()) == (3, "--xla_cpu_enable_fast_math=false")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_nothing_goes_on_when_the_command_is_killed(how):
+    clean = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
+    with subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, "wait"], env=clean, stdout=subprocess.PIPE, text=True
+    ) as command:
+        assert command.stdout is not None
+        assert command.stdout.readline() == "fast\n"
+        working = int(command.stdout.readline())
+        assert working != command.pid
+        command.send_signal(how)
+        assert command.stdout.read() == ""  # ends only when the child has let go of it too
