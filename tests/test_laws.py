@@ -216,3 +216,20 @@ def test_maxwell_meets_a_mass_that_turns_back_at_its_indentation():
     depths, rates = -np.asarray(found.position[1:]), -np.asarray(found.velocity[1:])
     np.testing.assert_allclose(depths, [depth, depth, after.y[0, -1]], rtol=1e-9)
     np.testing.assert_allclose(rates, [rate, -rate, after.y[1, -1]], rtol=1e-9)
+
+
+def test_a_lossless_spring_without_pull_returns_all_speed():
+    """Its force and its indentation vanish at one time: after the one event, the other comes sooner
+    than time can resolve.
+    """
+    law = ij.KelvinVoigt(100.0, 0.0, separation=ij.AtZeroForce())
+    model = ij.ImpactOscillator(ij.FreeMass(1.0), ij.Stop(law))
+    speeds = jnp.linspace(0.05, 1.0, 200)
+
+    def back(speed):
+        start = ij.InitialState(0.01, -speed)
+        return ij.simulate(model, start, jnp.array([0.0, 1.0]), step=ij.RungeKutta(), max_steps=64)
+
+    run = jax.jit(jax.vmap(back))(speeds)
+    assert jnp.all(run.result == ij.RESULTS.successful)
+    np.testing.assert_allclose(run.velocity[:, 1], speeds, rtol=1e-7)

@@ -103,7 +103,7 @@ def test_prior_knowledge_counts_as_a_measurement():
     np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-9)
 
 
-def test_a_part_is_an_estimate_of_its_recording():
+def test_the_share_of_one_recording_is_an_estimate_of_it():
     joint = found(False)
     for i, own in enumerate(values()):
         each = ij.of_experiment(joint, i)

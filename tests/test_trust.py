@@ -142,6 +142,7 @@ def test_the_order_follows_the_tolerance():
     assert natural_order(np.exp(-19.9)) == 11
     assert natural_order(np.exp(-20.1)) == 12
     assert natural_order(np.array([1e-3, np.exp(-27.9)])) == 15
+    assert natural_order(0.5) == natural_order(np.inf) == 4
     orders = []
     jax.jit(lambda tolerance: orders.append(natural_order(tolerance)))(1e-3)
     assert orders == [15]

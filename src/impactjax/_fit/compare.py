@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from impactjax._fit.effort import effort
 from impactjax._fit.estimate import Estimate
@@ -23,6 +22,7 @@ from impactjax._measure.recording import AnyRecording, ImpactTimes
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.stop import Stop
+from impactjax._types import Scalar
 
 
 class Setup(NamedTuple):
@@ -98,7 +98,7 @@ def compare(
     return sorted(fits, key=lambda fitted: float(fitted.estimate.aic))
 
 
-def behind(best: Estimate, other: Estimate) -> Float[Array, "..."]:
+def behind(best: Estimate, other: Estimate) -> Scalar:
     """By how much Akaike's criterion is worse than the best, for correlated residuals: the
     likelihood counts as that of the independent residuals which those of the best stand for.
 

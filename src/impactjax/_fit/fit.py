@@ -82,25 +82,20 @@ def best_from(problem: P, lanes: Lanes, optimiser: LevenbergMarquardt) -> Estima
 
 def pose(experiment: Experiment) -> Problem:
     """The problem that an experiment sets. Raises as `fit` does."""
-    recording, fixed, free, ties = (
-        experiment.recording,
-        experiment.fixed,
-        experiment.free,
-        experiment.ties,
-    )
-    by_times = isinstance(recording, ImpactTimes)
+    recording, fixed, ties = experiment.recording, experiment.fixed, experiment.ties
     first = recording.times[0] if isinstance(recording, ImpactTimes) else recording.ts[0]
     unit = "s" if isinstance(recording, ImpactTimes) else recording.quantity.unit
     sensor = Sensor() if experiment.sensor is None else experiment.sensor
     system = System(experiment.model, experiment.initial, Start(first), sensor, unit)
     known = handles(system)
-    for name in (*fixed, *free, *ties):
+    for name in (*fixed, *experiment.free, *ties):
         if name not in known:
             raise ValueError(f"There is no parameter `{name}`; there are {', '.join(known)}.")
     usual = {name for name, handle in known.items() if not handle.allowed.known}
-    if by_times:
+    if isinstance(recording, ImpactTimes):
         usual = (usual | {"t0"}) - {"x0", "theta0"}
-    names = tuple(name for name in known if name in (usual | set(free)) - {*fixed, *ties})
+    wanted = (usual | {*experiment.free}) - {*fixed, *ties}
+    names = tuple(name for name in known if name in wanted)
     traced = isinstance(recording.valid, Tracer)
     count = recording.valid.shape[0] if traced else int(recording.observations)
     if count <= len(names):

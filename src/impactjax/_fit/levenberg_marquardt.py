@@ -86,10 +86,10 @@ def minimise(
     """
 
     @jax.jit  # so that it is traced once
-    def around(u: Vector) -> Quadratic:
+    def expanded(u: Vector) -> Quadratic:
         return expand(u)
 
-    zeros = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(around, start))
+    zeros = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(expanded, start))
     nothing = eqx.tree_at(lambda quadratic: quadratic.cost, zeros, jnp.full_like(start[0], jnp.inf))
     first = _State(
         Minimum(start, nothing, jnp.zeros((), bool), jnp.int32(0)),
@@ -107,7 +107,7 @@ def minimise(
         felt = jnp.diagonal(best.quadratic.curvature) * reach**2
         moving = active & (felt > reduction * best.quadratic.cost)
         move = jnp.where(begins, 0.0, _move(best.quadratic, state.damping, moving, reach))
-        trial = around(best.u + move)
+        trial = expanded(best.u + move)
         predicted = _predicted(best.quadratic, move)
         gained = best.quadratic.cost - trial.cost
         accepted = jnp.isfinite(trial.cost) & (gained > 0)

@@ -116,8 +116,10 @@ class AbstractProblem(eqx.Module):
     @eqx.filter_jit
     def unbounded(self, values: Float[Array, "... parameters"]) -> Float[Array, "... parameters"]:
         """The optimiser's numbers that stand for natural values."""
-        allowed = [handle.allowed for handle in self.handles().values()]
-        each = [to_unbounded(own, values[..., i]) for i, own in enumerate(allowed)]
+        known = self.handles()
+        each = [
+            to_unbounded(known[name].allowed, values[..., i]) for i, name in enumerate(self.names)
+        ]
         return jnp.stack(each, axis=-1)
 
     def expand(self, u: Vector) -> Quadratic[Answer]:

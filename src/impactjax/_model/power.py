@@ -31,9 +31,10 @@ def power(x: Float[Array, "..."], exponent: Exponent) -> Float[Array, "..."]:
     if isinstance(exponent, int):
         return x**exponent
     # Contact begins at x = 0, where some derivative of xⁿ is infinite; even in a branch that is not
-    # taken it would turn gradients into NaN. Here all derivatives are zero instead.
+    # taken it would turn gradients into NaN. Here all derivatives are zero instead. What stands in
+    # for x is small, because XLA may round x, and so decide, differently in two kernels.
     inside = x > 0
-    safe = jnp.where(inside, x, jnp.ones_like(x))
+    safe = jnp.where(inside, x, jnp.finfo(x.dtype).tiny ** 0.2)
     return jnp.where(inside, safe**exponent, jnp.where(exponent == 0, 1, jnp.zeros_like(x)))
 
 

@@ -90,6 +90,14 @@ def first_crossing(
     return Crossing(jnp.where(unclear & settle, at_end, fraction), unclear & ~settle)
 
 
+def shortened(h: Scalar, fraction: Scalar, t: Scalar) -> Scalar:
+    """A shorter step after an unclear one from `t`: it has the event found, if any, inside it, and
+    is one that time can resolve.
+    """
+    least = 4 * jnp.finfo(t.dtype).eps * jnp.abs(t)
+    return jnp.minimum(h / 2, jnp.maximum(2 * jnp.minimum(fraction, 1.0) * h, least))
+
+
 def _root(coefficients: Sequence[Scalar], guess: Scalar) -> tuple[Scalar, Flag]:
     """The only root in (0, 1] of a polynomial that is positive before it: Newton in a bracket."""
     low, high = jnp.zeros_like(guess), jnp.ones_like(guess)

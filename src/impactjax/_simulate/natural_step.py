@@ -15,7 +15,7 @@ from impactjax._simulate.automaton import Automaton, initial_mode, with_internal
 from impactjax._simulate.runge_kutta import RungeKutta
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.taylor import NotAnalytic
-from impactjax._simulate.taylor_step import TaylorStep
+from impactjax._simulate.taylor_step import LOWEST_ORDER, TaylorStep
 
 
 def natural_step(model: ImpactOscillator, tolerance: ArrayLike) -> AbstractStep:
@@ -27,12 +27,13 @@ def natural_step(model: ImpactOscillator, tolerance: ArrayLike) -> AbstractStep:
 
 def natural_order(tolerance: ArrayLike) -> int:
     """The order p = 1 − ln(tolerance) / 2, rounded up, for which a Taylor series costs the least
-    for each unit of time; a tolerance that is traced counts as 1e-12.
+    for each unit of time, and at least the lowest there is; a tolerance that is traced counts as
+    1e-12.
 
     Source: Jorba and Zou, Experimental Mathematics 14 (2005), section 3.
     """
     least = 1e-12 if isinstance(tolerance, Tracer) else float(np.min(tolerance))
-    return math.ceil(1 - math.log(least) / 2)
+    return max(LOWEST_ORDER, math.ceil(1 - math.log(min(least, 1.0)) / 2))
 
 
 @cache

@@ -84,9 +84,8 @@ def _push_forward(
     def expanded(model: ImpactOscillator, t: Scalar, y: State) -> PyTree:
         return step.expand(Automaton(model), t, y, mode, jax.lax.stop_gradient(h))
 
-    def flowed(model: ImpactOscillator, t: Scalar, y: State, expansion: PyTree) -> State:
-        automaton, in_time = Automaton(model), jnp.zeros_like(h)
-        return state_within(step, automaton, chatters, t, y, mode, expansion, h, in_time)
+    def or_chatter(model: ImpactOscillator, t: Scalar, y: State, flowed: State) -> State:
+        return _unless_chatter(Automaton(model), chatters, t, y, mode, h, flowed)
 
     def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
         """Zero at the end of the step: the guard, or what is left of a summed chatter."""
@@ -101,8 +100,8 @@ def _push_forward(
         return _jump(model, event, t, end, mode)
 
     _, d_expansion = jax.jvp(expanded, (model, t, y), (d_model, d_t, d_y))
-    _, d_end = jax.jvp(flowed, (model, t, y, expansion), (d_model, d_t, d_y, d_expansion))
-    rate = step.end_rate(Automaton(model), mode, expansion, t, h, end)
+    d_flow, rate = step.end_tangents(model, d_model, mode, expansion, d_expansion, t, h, end)
+    _, d_end = jax.jvp(or_chatter, (model, t, y, end), (d_model, d_t, d_y, d_flow))
     place = (model, t, y, h, end)
     still = jax.tree.map(jnp.zeros_like, (model, t, y))
     _, d_reserve = jax.jvp(reserve, place, (d_model, d_t, d_y, jnp.zeros_like(h), d_end))
@@ -139,11 +138,17 @@ def state_within(
     `chatters` tells whether any step of the batch may be a summed chatter.
     """
     flowed = step.evaluate(automaton, mode, expansion, s)
+    return _unless_chatter(automaton, chatters, t, y, mode, s - delay, flowed)
+
+
+def _unless_chatter(
+    automaton: Automaton, chatters: Flag, t: Scalar, y: State, mode: Mode, s: Scalar, flowed: State
+) -> State:
     if not automaton.rigid_stops():
         return flowed
     return jax.lax.cond(
         chatters,
-        lambda flowed: automaton.with_chatter(t, y, mode, s - delay, flowed),
+        lambda flowed: automaton.with_chatter(t, y, mode, s, flowed),
         lambda flowed: flowed,
         flowed,
     )

@@ -11,8 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.crossing import Crossing, first_crossing
+from impactjax._simulate.crossing import Crossing, first_crossing, shortened
 from impactjax._simulate.flow import driven_acceleration
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
@@ -75,7 +76,7 @@ class RungeKutta(AbstractStep):
         order = _order(self.solver)
         guess = jnp.minimum(_first_guess(automaton, start, tolerance, order), remaining)
         h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), remaining)
-        end, error = self._step(automaton, start.t, start.y, start.mode, h)
+        end, error = _stepped(self.solver, automaton, start.t, start.y, start.mode, h)
         ratio = error / (_LOCAL * tolerance)
         ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # far too long a step may overflow
         accurate = ratio <= 1
@@ -85,7 +86,7 @@ class RungeKutta(AbstractStep):
         event, fraction, unclear = _first_event(automaton, start, end, h, memory.target, settle)
         found = accurate & (event != NO_EVENT)
         landed = found & (jnp.abs(fraction - 1) <= math.sqrt(np.finfo(h.dtype).eps))
-        at_once = found & (fraction == 0)
+        at_once = found & ~unclear & (start.t + fraction * h == start.t)
         beyond = found & (fraction > 1) & (h >= remaining)
         plain = accurate & ~unclear & ((event == NO_EVENT) | (beyond & ~landed))
 
@@ -95,11 +96,11 @@ class RungeKutta(AbstractStep):
         end = jax.tree.map(lambda y0, y1: jnp.where(at_once, y0, y1), start.y, end)
         taken = jnp.where(at_once, 0.0, h + correction)
 
-        ends_on_event = (landed | at_once) & ~unclear
+        ends_on_event = (landed & ~unclear) | at_once
         accepted = plain | ends_on_event
         end = jax.tree.map(lambda y0, y1: jnp.where(accepted, y1, y0), start.y, end)
         retry = jnp.where(found, fraction * h, h * factor)
-        retry = jnp.where(accurate & unclear, h / 2, retry)
+        retry = jnp.where(accurate & unclear, shortened(h, fraction, start.t), retry)
         following = jnp.where(ends_on_event, 0.0, jnp.where(plain, h * factor, retry))
         target = jnp.where(found & ~unclear & ~ends_on_event & ~plain, event, NO_EVENT)
         return Outcome(
@@ -121,58 +122,70 @@ class RungeKutta(AbstractStep):
 
     def evaluate(self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar) -> State:
         t, y, delay = expansion
-        return self._step(automaton, t, y, mode, s - delay)[0]
+        return _stepped(self.solver, automaton, t, y, mode, s - delay)[0]
 
-    def end_rate(
+    def end_tangents(
         self,
-        automaton: Automaton,
+        model: ImpactOscillator,
+        d_model: ImpactOscillator,
         mode: Mode,
         expansion: _Expansion,
+        d_expansion: _Expansion,
         t: Scalar,
         h: Scalar,
         end: State,
-    ) -> State:
-        """That of the step itself: a force may have an infinite slope at the end of contact, whose
-        effects through state and duration cancel only if both are those of one map.
+    ) -> tuple[State, State]:
+        """Both from one linear map: the slope of a force may be infinite at the end of contact, or
+        jump, and its effects cancel only if both meet the same slope, rounding included.
         """
         del t, end
 
-        def reached(h: Scalar) -> State:
-            return self.evaluate(automaton, mode, expansion, h)
+        def reached(model: ImpactOscillator, expansion: _Expansion, h: Scalar) -> State:
+            return self.evaluate(Automaton(model), mode, expansion, h)
 
-        return jax.jvp(reached, (h,), (jnp.ones_like(h),))[1]
+        def pushed(d_model: ImpactOscillator, d_expansion: _Expansion, d_h: Scalar) -> State:
+            return jax.jvp(reached, (model, expansion, h), (d_model, d_expansion, d_h))[1]
 
-    def _step(
-        self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
-    ) -> tuple[State, Scalar]:
-        """The state after `h`, and its error relative to the motion of the step.
+        inputs = (d_model, d_expansion, jnp.zeros_like(h))
+        lasting = (*jax.tree.map(jnp.zeros_like, inputs[:2]), jnp.ones_like(h))
+        both = jax.tree.map(lambda *pair: jnp.stack(pair), inputs, lasting)
+        d_ends = jax.vmap(lambda each: pushed(*each))(both)
+        return jax.tree.map(lambda d: d[0], d_ends), jax.tree.map(lambda d: d[1], d_ends)
 
-        The velocity that the mass would have if nothing held it is integrated along: it bounds the
-        step at rest too.
-        """
-        leaves, structure = jax.tree.flatten(y)
-        leaves = [*leaves, y.velocity]
 
-        def rates(t: Scalar, leaves: list[Array]) -> list[Array]:
-            state = jax.tree.unflatten(structure, leaves[:-1])
-            drive = driven_acceleration(automaton.model, t, state, mode)
-            return [*jax.tree.leaves(automaton.flow(t, state, mode)), drive]
+@jax.jit(static_argnums=0)  # so that it is traced once, for attempts, samples and derivatives alike
+def _stepped(
+    solver: diffrax.AbstractERK, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
+) -> tuple[State, Scalar]:
+    """The state after `h`, and its error relative to the motion of the step.
 
-        tableau = self.solver.tableau
-        assert isinstance(tableau, diffrax.ButcherTableau)
-        stages = [rates(t, leaves)]
-        for c, row in zip(tableau.c, tableau.a_lower, strict=True):
-            stages.append(rates(t + float(c) * h, _advanced(leaves, h, row, stages)))
-        end = _advanced(leaves, h, tableau.b_sol, stages)
-        still = [jnp.zeros_like(leaf) for leaf in leaves]
-        errors = _advanced(still, h, tableau.b_error, stages)
-        scales = [
-            jnp.maximum(jnp.maximum(jnp.abs(y0), jnp.abs(y1)), jnp.abs(h * dy))
-            for y0, y1, dy in zip(leaves, end, stages[0], strict=True)
-        ]
-        tiny = jnp.finfo(h.dtype).tiny
-        relative = [jnp.abs(e) / (scale + tiny) for e, scale in zip(errors, scales, strict=True)]
-        return jax.tree.unflatten(structure, end[:-1]), jnp.max(jnp.stack(relative))
+    The velocity that the mass would have if nothing held it is integrated along: it bounds the
+    step at rest too.
+    """
+    leaves, structure = jax.tree.flatten(y)
+    leaves = [*leaves, y.velocity]
+
+    @jax.jit  # so that it is traced once, not stage by stage
+    def rates(t: Scalar, leaves: list[Array]) -> list[Array]:
+        state = jax.tree.unflatten(structure, leaves[:-1])
+        drive = driven_acceleration(automaton.model, t, state, mode)
+        return [*jax.tree.leaves(automaton.flow(t, state, mode)), drive]
+
+    tableau = solver.tableau
+    assert isinstance(tableau, diffrax.ButcherTableau)
+    stages = [rates(t, leaves)]
+    for c, row in zip(tableau.c, tableau.a_lower, strict=True):
+        stages.append(rates(t + float(c) * h, _advanced(leaves, h, row, stages)))
+    end = _advanced(leaves, h, tableau.b_sol, stages)
+    still = [jnp.zeros_like(leaf) for leaf in leaves]
+    errors = _advanced(still, h, tableau.b_error, stages)
+    scales = [
+        jnp.maximum(jnp.maximum(jnp.abs(y0), jnp.abs(y1)), jnp.abs(h * dy))
+        for y0, y1, dy in zip(leaves, end, stages[0], strict=True)
+    ]
+    tiny = jnp.finfo(h.dtype).tiny
+    relative = [jnp.abs(e) / (scale + tiny) for e, scale in zip(errors, scales, strict=True)]
+    return jax.tree.unflatten(structure, end[:-1]), jnp.max(jnp.stack(relative))
 
 
 def _order(solver: diffrax.AbstractERK) -> int:
@@ -246,7 +259,7 @@ def _first_event(
         event = jnp.where(earlier, index, event).astype(jnp.int32)
         fraction = jnp.where(earlier, own, fraction)
         unclear = unclear | crossing.unclear
-    return event, fraction, unclear
+    return event, fraction, unclear & (fraction > 0)
 
 
 def _guard_jets(

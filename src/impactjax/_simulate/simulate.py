@@ -72,7 +72,8 @@ def simulate(
     - `step`: how to step; if left out, a `TaylorStep` of the order that suits the tolerance where
       the model's equations are analytic and `RungeKutta()` otherwise.
     - `tolerance`: error allowed relative to the motion; if left out, 1e-8 in double and 1e-5 in
-      single precision.
+      single precision. Its size decides the order of the step that is taken by itself, and so the
+      program: another order is compiled anew.
     - `max_steps`: steps that a lane may take. Memory grows with it, computing time hardly does.
     - `max_impacts`: rows of the impact log.
     - `chatter`: when to sum an endless series of impacts in closed form.

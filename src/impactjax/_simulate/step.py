@@ -6,6 +6,7 @@ from typing import NamedTuple
 import equinox as eqx
 from jaxtyping import PyTree
 
+from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.state import Mode, State
 from impactjax._types import Code, Flag, Scalar
@@ -71,13 +72,15 @@ class AbstractStep(eqx.Module):
         """
 
     @abc.abstractmethod
-    def end_rate(
+    def end_tangents(
         self,
-        automaton: Automaton,
+        model: ImpactOscillator,
+        d_model: ImpactOscillator,
         mode: Mode,
         expansion: PyTree,
+        d_expansion: PyTree,
         t: Scalar,
         h: Scalar,
         end: State,
-    ) -> State:
-        """The rate at which the end of a step from `t` moves with its duration `h`."""
+    ) -> tuple[State, State]:
+        """How the end of a step from `t` moves with model and expansion, and with its duration."""

@@ -7,14 +7,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
+from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.crossing import first_crossing, horner, horner_with_slope
+from impactjax._simulate.crossing import first_crossing, horner, horner_with_slope, shortened
 from impactjax._simulate.flow import unheld_acceleration
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._simulate.taylor import Series, solution_series
 from impactjax._types import Code, Flag, Scalar
 
+LOWEST_ORDER = 4
 _LONGEST = 100.0  # how much longer than the step before a step may be
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural step
 _FLIGHTS = 2.0  # a step from the surface is at most as long as this many expected flights
@@ -48,8 +50,10 @@ class TaylorStep(AbstractStep):
     order: int = eqx.field(default=15, static=True)
 
     def __check_init__(self) -> None:
-        if self.order < 4:
-            raise ValueError(f"Argument `order` must be at least 4, but it is {self.order}.")
+        if self.order < LOWEST_ORDER:
+            raise ValueError(
+                f"Argument `order` must be at least {LOWEST_ORDER}, but it is {self.order}."
+            )
 
     def begin(self, span: Scalar) -> _Memory:
         return _Memory(span / 100, jnp.full_like(span, jnp.inf))
@@ -76,25 +80,16 @@ class TaylorStep(AbstractStep):
         heads = automaton.just_after(start.arrival, start.mode, heads)
         cleaned = [[*head, *guard[3:]] for head, guard in zip(heads, scaled, strict=True)]
         event, fraction, unclear = _first_event(cleaned, settle)
-        shorter = _inside(h, fraction, start.t)
+        shorter = shortened(h, fraction, start.t)
         h = jnp.where(unclear, shorter, h * jnp.minimum(fraction, 1.0))
-        end = self.evaluate(
-            automaton, start.mode, self._packed(start.y, position, internal, unit), h
-        )
+        end = self.evaluate(automaton, start.mode, _packed(start.y, position, internal, unit), h)
         after = _Memory(natural, jnp.where(unclear, shorter, jnp.inf))
         return Outcome(~unclear, h, end, event, after)
 
     def expand(
         self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
     ) -> _Expansion:
-        unit = jnp.where(h > 0, h, 1.0)
-        leaves, structure = jax.tree.flatten(y)
-
-        def field(t: Scalar, *leaves: Scalar) -> list[Scalar]:
-            return jax.tree.leaves(automaton.flow(t, jax.tree.unflatten(structure, leaves), mode))
-
-        (position, _, *internal), _ = solution_series(field, t, leaves, self.order, unit)
-        return self._packed(y, position, internal, unit)
+        return _expanded(self.order, automaton, t, y, mode, h)
 
     def delayed(self, expansion: _Expansion, delay: Scalar) -> _Expansion:
         position, internal, unit = expansion
@@ -111,24 +106,25 @@ class TaylorStep(AbstractStep):
         place, slope = horner_with_slope(list(position), w)
         return State(place, slope / unit, jax.tree.map(lambda a: horner(list(a), w), internal))
 
-    def end_rate(
+    def end_tangents(
         self,
-        automaton: Automaton,
+        model: ImpactOscillator,
+        d_model: ImpactOscillator,
         mode: Mode,
         expansion: _Expansion,
+        d_expansion: _Expansion,
         t: Scalar,
         h: Scalar,
         end: State,
-    ) -> State:
-        del expansion
-        return automaton.flow(t + h, end, mode)
+    ) -> tuple[State, State]:
+        del d_model  # only the coefficients depend on it
+        automaton = Automaton(model)
 
-    def _packed(
-        self, y: State, position: Series, internal: list[Series], unit: Scalar
-    ) -> _Expansion:
-        structure = jax.tree.structure(y.internal)
-        stacked = jax.tree.unflatten(structure, [jnp.stack(each) for each in internal])
-        return _Expansion(jnp.stack(position), stacked, unit)
+        def reached(expansion: _Expansion) -> State:
+            return self.evaluate(automaton, mode, expansion, h)
+
+        _, d_end = jax.jvp(reached, (expansion,), (d_expansion,))
+        return d_end, automaton.flow(t + h, end, mode)
 
     def _series(
         self, automaton: Automaton, start: Point, unit: Scalar
@@ -145,6 +141,26 @@ class TaylorStep(AbstractStep):
         states, (drive, *guards) = solution_series(field, start.t, leaves, self.order, unit)
         position, _, *internal = states
         return position, internal, drive, guards
+
+
+@jax.jit(static_argnums=0)  # so that it is traced once
+def _expanded(
+    order: int, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
+) -> _Expansion:
+    unit = jnp.where(h > 0, h, 1.0)
+    leaves, structure = jax.tree.flatten(y)
+
+    def field(t: Scalar, *leaves: Scalar) -> list[Scalar]:
+        return jax.tree.leaves(automaton.flow(t, jax.tree.unflatten(structure, leaves), mode))
+
+    (position, _, *internal), _ = solution_series(field, t, leaves, order, unit)
+    return _packed(y, position, internal, unit)
+
+
+def _packed(y: State, position: Series, internal: list[Series], unit: Scalar) -> _Expansion:
+    structure = jax.tree.structure(y.internal)
+    stacked = jax.tree.unflatten(structure, [jnp.stack(each) for each in internal])
+    return _Expansion(jnp.stack(position), stacked, unit)
 
 
 @jax.custom_jvp
@@ -174,12 +190,6 @@ def _first_event(guards: list[Series], settle: Flag) -> tuple[Code, Scalar, Flag
         fraction = jnp.where(earlier, crossing.fraction, fraction)
         unclear = unclear | crossing.unclear
     return event, fraction, unclear & (fraction > 0)
-
-
-def _inside(h: Scalar, fraction: Scalar, t: Scalar) -> Scalar:
-    """A shorter step that has the event found, if any, inside it, and that time can resolve."""
-    least = 4 * jnp.finfo(t.dtype).eps * jnp.abs(t)
-    return jnp.minimum(h / 2, jnp.maximum(2 * jnp.minimum(fraction, 1.0) * h, least))
 
 
 def _if_free(velocity: Scalar, drive: Series, unit: Scalar) -> Series:
