@@ -10,7 +10,7 @@ from jaxtyping import Array
 
 import impactjax as ij
 from contact_alone import ContactAlone
-from options import FAST
+from impactjax._cli.environment import FAST
 from rivals import reference, tasks
 from rivals.prepared import Prepared, prepare
 

@@ -6,11 +6,8 @@ from pathlib import Path
 
 import jax
 
-SAFE = (
-    "--xla_backend_optimization_level=1 "
-    "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000"
-)
-"""XLA_FLAGS on a CPU: run small loops as one kernel, and compile without much ado."""
+SAFE = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000"
+"""XLA_FLAGS on a CPU: run small loops as one kernel."""
 
 FAST = f"{SAFE},xla_cpu_use_multi_output_fusion"
 """And do not compute shared intermediate results again for each of their uses: several times faster
