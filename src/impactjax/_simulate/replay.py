@@ -84,8 +84,8 @@ def _push_forward(
     def expanded(model: ImpactOscillator, t: Scalar, y: State) -> PyTree:
         return step.expand(Automaton(model), t, y, mode, jax.lax.stop_gradient(h))
 
-    def or_chatter(model: ImpactOscillator, t: Scalar, y: State, flowed: State) -> State:
-        return _unless_chatter(Automaton(model), chatters, t, y, mode, h, flowed)
+    def flowed(model: ImpactOscillator, expansion: PyTree, h: Scalar) -> State:
+        return step.evaluate(Automaton(model), mode, expansion, h)
 
     def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
         """Zero at the end of the step: the guard, or what is left of a summed chatter."""
@@ -96,18 +96,28 @@ def _push_forward(
             guard = jnp.where(event == index, value, guard)
         return jnp.where(mode.phase == Phase.CHATTER, left, guard)
 
+    def or_chatter(model: ImpactOscillator, t: Scalar, y: State, flowed: State) -> State:
+        return _unless_chatter(Automaton(model), chatters, t, y, mode, h, flowed)
+
     def jumped(model: ImpactOscillator, t: Scalar, end: State) -> State:
         return _jump(model, event, t, end, mode)
 
     _, d_expansion = jax.jvp(expanded, (model, t, y), (d_model, d_t, d_y))
-    d_flow, rate = step.end_tangents(model, d_model, mode, expansion, d_expansion, t, h, end)
-    _, d_end = jax.jvp(or_chatter, (model, t, y, end), (d_model, d_t, d_y, d_flow))
-    place = (model, t, y, h, end)
-    still = jax.tree.map(jnp.zeros_like, (model, t, y))
-    _, d_reserve = jax.jvp(reserve, place, (d_model, d_t, d_y, jnp.zeros_like(h), d_end))
-    _, fall = jax.jvp(reserve, place, (*still, jnp.ones_like(h), rate))
+
+    def pushed(d_model: ImpactOscillator, d_expansion: PyTree, d_h: Scalar) -> State:
+        return jax.jvp(flowed, (model, expansion, h), (d_model, d_expansion, d_h))[1]
+
+    place, in_time = (model, t, y, h, end), jnp.zeros_like(h)
+    still = jax.tree.map(jnp.zeros_like, (model, t, y, expansion))
+    d_end = pushed(d_model, d_expansion, in_time)
+    rate = pushed(still[0], still[3], jnp.ones_like(h))
+    _, d_reserve = jax.jvp(reserve, place, (d_model, d_t, d_y, in_time, d_end))
+    _, fall = jax.jvp(reserve, place, (*still[:3], jnp.ones_like(h), rate))
     d_h = jnp.where(happens, -d_reserve / jnp.where(happens, fall, 1.0), 0.0)
-    d_end = jax.tree.map(lambda a, f: a + f * d_h, d_end, rate)
+    # Not d_end + rate * d_h: the slope of a force may jump at the surface or be infinite there, and
+    # what it multiplies is zero only in the sum.
+    d_end = pushed(d_model, d_expansion, d_h)
+    _, d_end = jax.jvp(or_chatter, (model, t, y, end), (d_model, d_t, d_y, d_end))
     _, d_next = jax.jvp(jumped, (model, t + h, end), (d_model, d_t + d_h, d_end))
 
     moved = jax.tree.map(

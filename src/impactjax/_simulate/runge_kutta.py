@@ -11,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import Crossing, first_crossing, shortened
 from impactjax._simulate.flow import driven_acceleration
@@ -123,34 +122,6 @@ class RungeKutta(AbstractStep):
     def evaluate(self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar) -> State:
         t, y, delay = expansion
         return _stepped(self.solver, automaton, t, y, mode, s - delay)[0]
-
-    def end_tangents(
-        self,
-        model: ImpactOscillator,
-        d_model: ImpactOscillator,
-        mode: Mode,
-        expansion: _Expansion,
-        d_expansion: _Expansion,
-        t: Scalar,
-        h: Scalar,
-        end: State,
-    ) -> tuple[State, State]:
-        """Both from one linear map: the slope of a force may be infinite at the end of contact, or
-        jump, and its effects cancel only if both meet the same slope, rounding included.
-        """
-        del t, end
-
-        def reached(model: ImpactOscillator, expansion: _Expansion, h: Scalar) -> State:
-            return self.evaluate(Automaton(model), mode, expansion, h)
-
-        def pushed(d_model: ImpactOscillator, d_expansion: _Expansion, d_h: Scalar) -> State:
-            return jax.jvp(reached, (model, expansion, h), (d_model, d_expansion, d_h))[1]
-
-        inputs = (d_model, d_expansion, jnp.zeros_like(h))
-        lasting = (*jax.tree.map(jnp.zeros_like, inputs[:2]), jnp.ones_like(h))
-        both = jax.tree.map(lambda *pair: jnp.stack(pair), inputs, lasting)
-        d_ends = jax.vmap(lambda each: pushed(*each))(both)
-        return jax.tree.map(lambda d: d[0], d_ends), jax.tree.map(lambda d: d[1], d_ends)
 
 
 @jax.jit(static_argnums=0)  # so that it is traced once, for attempts, samples and derivatives alike

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import equinox as eqx
 from jaxtyping import PyTree
 
-from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.state import Mode, State
 from impactjax._types import Code, Flag, Scalar
@@ -70,17 +69,3 @@ class AbstractStep(eqx.Module):
 
         Smooth in everything: the derivatives of a simulation are those of this map.
         """
-
-    @abc.abstractmethod
-    def end_tangents(
-        self,
-        model: ImpactOscillator,
-        d_model: ImpactOscillator,
-        mode: Mode,
-        expansion: PyTree,
-        d_expansion: PyTree,
-        t: Scalar,
-        h: Scalar,
-        end: State,
-    ) -> tuple[State, State]:
-        """How the end of a step from `t` moves with model and expansion, and with its duration."""

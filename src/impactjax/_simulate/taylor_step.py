@@ -7,7 +7,6 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
-from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import first_crossing, horner, horner_with_slope, shortened
 from impactjax._simulate.flow import unheld_acceleration
@@ -105,26 +104,6 @@ class TaylorStep(AbstractStep):
         w = s / unit
         place, slope = horner_with_slope(list(position), w)
         return State(place, slope / unit, jax.tree.map(lambda a: horner(list(a), w), internal))
-
-    def end_tangents(
-        self,
-        model: ImpactOscillator,
-        d_model: ImpactOscillator,
-        mode: Mode,
-        expansion: _Expansion,
-        d_expansion: _Expansion,
-        t: Scalar,
-        h: Scalar,
-        end: State,
-    ) -> tuple[State, State]:
-        del d_model  # only the coefficients depend on it
-        automaton = Automaton(model)
-
-        def reached(expansion: _Expansion) -> State:
-            return self.evaluate(automaton, mode, expansion, h)
-
-        _, d_end = jax.jvp(reached, (expansion,), (d_expansion,))
-        return d_end, automaton.flow(t + h, end, mode)
 
     def _series(
         self, automaton: Automaton, start: Point, unit: Scalar
