@@ -123,6 +123,21 @@ def test_a_ball_comes_to_rest_at_the_sum_of_its_flights(r):
     assert np.all(run.position >= 0)
 
 
+def test_reverse_derivatives_pass_a_rest():
+    """Also those of what was before it, and of balls beside it that never rest."""
+
+    def told(r):
+        run = drop(r, 0.2)
+        return jnp.stack([run.rests.begin[0], run.position[50], run.impacts.time[0]])
+
+    bounces = jnp.array([0.8, 0.99, 1.0, 0.0])
+    forward = jax.jit(jax.vmap(jax.jacfwd(told)))(bounces)
+    reverse = jax.jit(jax.vmap(jax.jacrev(told)))(bounces)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-12)
+    slope = 2 * np.sqrt(2 * 0.2 / 9.80665) / (1 - 0.8) ** 2
+    np.testing.assert_allclose(reverse[0, 0], slope, rtol=1e-8)
+
+
 @jax.jit
 def drop(r, height):
     model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(r)))

@@ -1,9 +1,12 @@
 """Every way a lane may end is reached, is said in words, and disturbs no other lane."""
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from jaxtyping import Array
 
 import impactjax as ij
@@ -129,3 +132,27 @@ def test_each_result_is_reached_above_and_names_the_next_thing_to_try():
     for message in messages - {"successful"}:
         assert message.endswith(".")
         assert len(message.split()) > 8
+
+
+def test_samples_before_the_start_are_unknown():
+    """Where it shows before the run it raises; here the times are traced."""
+
+    def go(t0):
+        model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.8)))
+        return ij.simulate(model, ij.InitialState(0.2), jnp.asarray(TIMES), t0=t0)
+
+    run = jax.jit(go)(5.0)
+    assert run.result == RESULTS.times_out_of_order
+    assert jnp.all(jnp.isnan(run.position))
+
+
+def test_a_part_of_a_model_that_is_no_number_is_named():
+    class Shaped(ij.AbstractImpactLaw):
+        shape: Callable[[Array], Array]
+
+        def restitution(self, speed: Array) -> Array:
+            return self.shape(speed)
+
+    model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(Shaped(jnp.tanh)))
+    with pytest.raises(ValueError, match=r"`.*lower.law.shape` .* static field"):
+        ij.simulate(model, ij.InitialState(0.2), TIMES)

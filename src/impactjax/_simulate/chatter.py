@@ -54,6 +54,9 @@ class Tail(NamedTuple):
         return self.flight / (1 - self.ratio)
 
 
+HARMLESS = (1.0, 1.0, 1.0, 0.5, 2.0)  # a series without zeros and infinities
+
+
 def tail(model: ImpactOscillator, wall: Wall, law: AbstractImpactLaw, t: Scalar, y: State) -> Tail:
     """The series that starts with the state `y`, which leaves the stop at time `t`."""
     speed = wall.sign * y.velocity

@@ -87,6 +87,9 @@ def _push_forward(
     def flowed(model: ImpactOscillator, expansion: PyTree, h: Scalar) -> State:
         return step.evaluate(Automaton(model), mode, expansion, h)
 
+    def pushed(d_model: ImpactOscillator, d_expansion: PyTree, d_h: Scalar) -> State:
+        return jax.jvp(flowed, (model, expansion, h), (d_model, d_expansion, d_h))[1]
+
     def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
         """Zero at the end of the step: the guard, or what is left of a summed chatter."""
         automaton = Automaton(model)
@@ -103,10 +106,6 @@ def _push_forward(
         return _jump(model, event, t, end, mode)
 
     _, d_expansion = jax.jvp(expanded, (model, t, y), (d_model, d_t, d_y))
-
-    def pushed(d_model: ImpactOscillator, d_expansion: PyTree, d_h: Scalar) -> State:
-        return jax.jvp(flowed, (model, expansion, h), (d_model, d_expansion, d_h))[1]
-
     place, in_time = (model, t, y, h, end), jnp.zeros_like(h)
     still = jax.tree.map(jnp.zeros_like, (model, t, y, expansion))
     d_end = pushed(d_model, d_expansion, in_time)

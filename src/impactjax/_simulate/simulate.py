@@ -80,8 +80,9 @@ def simulate(
 
     **Raises** `ValueError` for what can be seen before the run: times that are not a strictly
     increasing list of numbers, a tolerance that the floating-point type cannot give, limits below
-    one, and `NotAnalytic` for a `TaylorStep` asked of equations that have no Taylor series. All
-    else is in the trajectory's `result`.
+    one, a part of the model that is neither a number nor static, and `NotAnalytic` for a
+    `TaylorStep` asked of equations that have no Taylor series. All else is in the trajectory's
+    `result`.
     """
     for name, limit in (("max_steps", max_steps), ("max_impacts", max_impacts)):
         if limit < 1:
@@ -93,6 +94,7 @@ def simulate(
         )
     t0 = ts[0] if t0 is None else t0
     _check_order(t0, ts)
+    _check_leaves((model, initial))
     dtype = jnp.result_type(float, *jax.tree.leaves((model, initial)))
     if tolerance is None:
         tolerance = 1e-8 if jnp.finfo(dtype).bits > 32 else 1e-5
@@ -131,7 +133,7 @@ def _simulate(
     impacts, total = impact_log(step, model, path, record, max_impacts)
     full = RESULTS.where(total > max_impacts, RESULTS.max_impacts_reached, RESULTS.successful)
     fine = record.result == RESULTS.successful
-    known = ts <= record.end.t
+    known = (t0 <= ts) & (ts <= record.end.t)
     return Trajectory(
         ts=ts,
         position=jnp.where(known, position, jnp.nan),
@@ -142,6 +144,15 @@ def _simulate(
         result=RESULTS.where(fine, full, record.result),
         stats=Stats(jnp.sum(record.log.taken, dtype=jnp.int32)),
     )
+
+
+def _check_leaves(tree: PyTree) -> None:
+    for path, leaf in jax.tree.leaves_with_path(tree):
+        if not eqx.is_array_like(leaf):
+            raise ValueError(
+                f"`{jax.tree_util.keystr(path[1:])}` of the model or its start is {leaf!r}, not a "
+                "number; make it a static field, `equinox.field(static=True)`."
+            )
 
 
 def _check_order(t0: ArrayLike, ts: Array) -> None:
