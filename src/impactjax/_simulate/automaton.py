@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.separation import AtZeroForce
-from impactjax._simulate.chatter import HARMLESS, Tail, tail, tail_state
+from impactjax._simulate.chatter import Tail, harmless, tail, tail_state
 from impactjax._simulate.compliant_stop import PullFree, Surface
 from impactjax._simulate.flow import driven_acceleration, flow, has_resistance, is_held, walls
 from impactjax._simulate.rigid_stop import RigidStop
@@ -55,7 +55,7 @@ class Automaton(eqx.Module):
         left = jnp.full_like(t, jnp.inf)
         for _, stop in self.rigid_stops():
             chattering = mode.at(Phase.CHATTER, stop.wall.index)
-            duration = self._series(stop, t, y, chattering).duration()
+            duration = self._chatter(stop, t, y, chattering).duration()
             left = jnp.where(chattering, duration, left)
         return left
 
@@ -63,24 +63,19 @@ class Automaton(eqx.Module):
         """The state a time `s` after `y`: `flowed`, or the closed form of a summed chatter."""
         for _, stop in self.rigid_stops():
             chattering = mode.at(Phase.CHATTER, stop.wall.index)
-            closed = tail_state(self._series(stop, t, y, chattering), stop.wall, y, s)
+            closed = tail_state(self._chatter(stop, t, y, chattering), stop.wall, y, s)
             flowed = jax.tree.map(
                 lambda a, b, here=chattering: jnp.where(here, a, b), closed, flowed
             )
         return flowed
 
-    def _series(self, stop: RigidStop, t: Scalar, y: State, chattering: Flag) -> Tail:
+    def _chatter(self, stop: RigidStop, t: Scalar, y: State, chattering: Flag) -> Tail:
         """The series of a chatter; where there is none, anything whose reverse derivatives are
         finite.
         """
         moving = jnp.where(chattering, y.velocity, float(stop.wall.sign))
         series = tail(self.model, stop.wall, stop.law, t, y._replace(velocity=moving))
-        return Tail(
-            *(
-                jnp.where(chattering, own, other)
-                for own, other in zip(series, HARMLESS, strict=True)
-            )
-        )
+        return jax.tree.map(lambda a, b: jnp.where(chattering, a, b), series, harmless(moving))
 
     def rigid_stops(self) -> list[tuple[int, RigidStop]]:
         """The transitions at rigid stops with their numbers."""

@@ -54,7 +54,10 @@ class Tail(NamedTuple):
         return self.flight / (1 - self.ratio)
 
 
-HARMLESS = (1.0, 1.0, 1.0, 0.5, 2.0)  # a series without zeros and infinities
+def harmless(like: Scalar) -> Tail:
+    """A series without zeros and infinities."""
+    one = jnp.ones_like(like)
+    return Tail(one, one, one, one / 2, 2 * one)
 
 
 def tail(model: ImpactOscillator, wall: Wall, law: AbstractImpactLaw, t: Scalar, y: State) -> Tail:
@@ -68,9 +71,7 @@ def tail(model: ImpactOscillator, wall: Wall, law: AbstractImpactLaw, t: Scalar,
     loss = jnp.sqrt(safe_falling / safe_rising)
     ratio = law.restitution(model.oscillator.lever() * speed * loss) * loss
     flight = speed * (1 / safe_rising + loss / safe_falling)
-    converges = ratio < 1  # an infinite sum would turn reverse derivatives into NaN
-    falling = jnp.where(usable & converges, falling, -jnp.inf)
-    return Tail(speed, safe_rising, falling, jnp.where(converges, ratio, 0.0), flight)
+    return Tail(speed, safe_rising, falling, ratio, flight)
 
 
 def is_summable(
