@@ -25,7 +25,7 @@ class ContactAlone(ij.AbstractForceLaw):
         del internal
         spring = self.omega0 * (self.omega0 * penetration + 2 * self.gamma * rate)
         free = self.pendulum.omega_n * (
-            self.pendulum.omega_n * jnp.sin(penetration) + 2 * self.pendulum.zeta * rate
+            -self.pendulum.omega_n * jnp.sin(-penetration) + 2 * self.pendulum.zeta * rate
         )
         return mass * (spring - free)
 

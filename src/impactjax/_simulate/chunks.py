@@ -13,6 +13,7 @@ from jaxtyping import Array
 
 CHUNK = 32  # the number of rows is a multiple of this
 FEW_STEPS = 64  # rows that are mapped at once
+_FEW_CHUNKS = 2  # written one after the other: outside a loop the compiler sees what is constant
 
 Carry = TypeVar("Carry")
 Row = TypeVar("Row")
@@ -62,8 +63,15 @@ def _scan_chunks(
         number, chunk = numbered
         return jax.lax.cond(number * size < used, chunk_body, skip, carry, chunk)
 
-    if count == 1:
-        carry, out = if_used(carry, (jnp.zeros_like(used), example))
-        return carry, jax.tree.map(lambda x: x[:length], out)
-    carry, out = jax.lax.scan(if_used, carry, (jnp.arange(count, dtype=used.dtype), chunks))
-    return carry, jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:])[:length], out)
+    if count <= _FEW_CHUNKS:
+        parts = []
+        for number in range(count):
+            chunk = jax.tree.map(lambda x, number=number: x[number], chunks)
+            carry, part = if_used(carry, (jnp.full_like(used, number), chunk))
+            parts.append(part)
+        out = jax.tree.map(lambda *columns: jnp.concatenate(columns), *parts)
+    else:
+        numbers = jnp.arange(count, dtype=used.dtype)
+        carry, out = jax.lax.scan(if_used, carry, (numbers, chunks))
+        out = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), out)
+    return carry, jax.tree.map(lambda x: x[:length], out)

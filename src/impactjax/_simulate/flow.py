@@ -43,8 +43,8 @@ def contact_force(model: ImpactOscillator, wall: Wall, law: AbstractForceLaw, y:
     """Force [N] of a compliant stop, positive when it pushes the mass off."""
     lever = model.oscillator.lever()
     return law.force(
-        -lever * wall.clearance(y.position),
-        -lever * wall.sign * y.velocity,
+        -(lever * wall.clearance(y.position)),
+        -(lever * (wall.sign * y.velocity)),
         y.internal[wall.index],
         model.oscillator.mass,
     )

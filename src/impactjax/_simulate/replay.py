@@ -7,11 +7,14 @@ applied; the saltation matrix is what comes out. The tangents are written with t
 whose values they need, so that derivatives of any order are exact.
 """
 
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
@@ -53,21 +56,34 @@ def differentiable_path(
     return Path(log.t, log.y, log.h, log.end, expansions)
 
 
-@differentiable_path.defjvp
+@partial(differentiable_path.defjvp, symbolic_zeros=True)
 def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
     model, _, _, record = primals
     d_model, d_y0, d_t0, _ = tangents
     values = differentiable_path(step, *primals)
+    varies = jax.tree.map(lambda tangent: not isinstance(tangent, SymbolicZero), d_model)
+    varied, constants = eqx.partition(model, varies)
+    d_varied = eqx.filter(d_model, varies)
+
+    def automaton(varied: ImpactOscillator) -> Automaton:
+        return Automaton(eqx.combine(varied, constants))
 
     def body(carry: _Carry, row: tuple[Path, Log]) -> tuple[_Carry, Path]:
-        return _push_forward(step, model, d_model, record.chatters, carry, *row)
+        return _push_forward(step, automaton, varied, d_varied, record.chatters, carry, *row)
 
-    _, d_values = scan_rows(body, (d_t0, d_y0), (values, record.log), record.passes)
+    start = jax.tree.map(_with_zeros, (d_t0, d_y0))
+    _, d_values = scan_rows(body, start, (values, record.log), record.passes)
     return values, d_values
+
+
+def _with_zeros(tangent: Array | SymbolicZero) -> Array:
+    zero = isinstance(tangent, SymbolicZero)
+    return jnp.zeros(tangent.shape, tangent.dtype) if zero else tangent
 
 
 def _push_forward(
     step: AbstractStep,
+    automaton: Callable[[ImpactOscillator], Automaton],
     model: ImpactOscillator,
     d_model: ImpactOscillator,
     chatters: Flag,
@@ -75,35 +91,38 @@ def _push_forward(
     values: Path,
     log: Log,
 ) -> tuple[_Carry, Path]:
-    """Tangents of one step: of its start, its duration, its end, and of the next start."""
+    """Tangents of one step: of its start, its duration, its end, and of the next start.
+
+    `model` holds what varies, and `automaton` completes it with the constants.
+    """
     d_t, d_y = carry
     t, y, h, end, expansion = values
     mode, event = log.mode, log.event
     happens = event != NO_EVENT
 
     def expanded(model: ImpactOscillator, t: Scalar, y: State) -> PyTree:
-        return step.expand(Automaton(model), t, y, mode, jax.lax.stop_gradient(h))
+        return step.expand(automaton(model), t, y, mode, jax.lax.stop_gradient(h))
 
     def flowed(model: ImpactOscillator, expansion: PyTree, h: Scalar) -> State:
-        return step.evaluate(Automaton(model), mode, expansion, h)
+        return step.evaluate(automaton(model), mode, expansion, h)
 
     def pushed(d_model: ImpactOscillator, d_expansion: PyTree, d_h: Scalar) -> State:
         return jax.jvp(flowed, (model, expansion, h), (d_model, d_expansion, d_h))[1]
 
     def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
         """Zero at the end of the step: the guard, or what is left of a summed chatter."""
-        automaton = Automaton(model)
-        left = automaton.time_left(t, y, mode) - h
+        own = automaton(model)
+        left = own.time_left(t, y, mode) - h
         guard = jnp.zeros_like(left)
-        for index, value in enumerate(automaton.guards(t + h, end, mode)):
+        for index, value in enumerate(own.guards(t + h, end, mode)):
             guard = jnp.where(event == index, value, guard)
         return jnp.where(mode.phase == Phase.CHATTER, left, guard)
 
     def or_chatter(model: ImpactOscillator, t: Scalar, y: State, flowed: State) -> State:
-        return _unless_chatter(Automaton(model), chatters, t, y, mode, h, flowed)
+        return _unless_chatter(automaton(model), chatters, t, y, mode, h, flowed)
 
     def jumped(model: ImpactOscillator, t: Scalar, end: State) -> State:
-        return _jump(model, event, t, end, mode)
+        return _jump(automaton(model), event, t, end, mode)
 
     _, d_expansion = jax.jvp(expanded, (model, t, y), (d_model, d_t, d_y))
     place, in_time = (model, t, y, h, end), jnp.zeros_like(h)
@@ -125,10 +144,10 @@ def _push_forward(
     return moved, Path(d_t, d_y, d_h, d_end, d_expansion)
 
 
-def _jump(model: ImpactOscillator, event: Code, t: Scalar, end: State, mode: Mode) -> State:
+def _jump(automaton: Automaton, event: Code, t: Scalar, end: State, mode: Mode) -> State:
     """The state after an event whose next mode is known."""
     unused = jnp.zeros_like(t)
-    return Automaton(model).jump(event, t, end, mode, Context(unused, unused, Chatter())).state
+    return automaton.jump(event, t, end, mode, Context(unused, unused, Chatter())).state
 
 
 def state_within(

@@ -112,7 +112,7 @@ def simulate(
     )
 
 
-@eqx.filter_jit
+@eqx.filter_jit(inline=True)  # in a larger program its constants are seen
 def _simulate(
     step: AbstractStep,
     chatter: Chatter,
