@@ -23,9 +23,10 @@ class ContactAlone(ij.AbstractForceLaw):
 
     def force(self, penetration: Number, rate: Number, internal: tuple[()], mass: Number) -> Number:
         del internal
+        angle = -penetration  # of a lower stop; the same sine as the pendulum's own
         spring = self.omega0 * (self.omega0 * penetration + 2 * self.gamma * rate)
         free = self.pendulum.omega_n * (
-            -self.pendulum.omega_n * jnp.sin(-penetration) + 2 * self.pendulum.zeta * rate
+            2 * self.pendulum.zeta * rate - self.pendulum.omega_n * jnp.sin(angle)
         )
         return mass * (spring - free)
 
