@@ -58,7 +58,7 @@ def differentiable_path(
 
 @partial(differentiable_path.defjvp, symbolic_zeros=True)
 def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
-    model, _, _, record = primals
+    model, y0, t0, record = primals
     d_model, d_y0, d_t0, _ = tangents
     values = differentiable_path(step, *primals)
     varies = jax.tree.map(lambda tangent: not isinstance(tangent, SymbolicZero), d_model)
@@ -71,14 +71,13 @@ def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
     def body(carry: _Carry, row: tuple[Path, Log]) -> tuple[_Carry, Path]:
         return _push_forward(step, automaton, varied, d_varied, record.chatters, carry, *row)
 
-    start = jax.tree.map(_with_zeros, (d_t0, d_y0))
+    start = jax.tree.map(_or_zeros, (d_t0, d_y0), (t0, y0))
     _, d_values = scan_rows(body, start, (values, record.log), record.passes)
     return values, d_values
 
 
-def _with_zeros(tangent: Array | SymbolicZero) -> Array:
-    zero = isinstance(tangent, SymbolicZero)
-    return jnp.zeros(tangent.shape, tangent.dtype) if zero else tangent
+def _or_zeros(tangent: Array | SymbolicZero, value: Array) -> Array:
+    return jnp.zeros_like(value) if isinstance(tangent, SymbolicZero) else tangent
 
 
 def _push_forward(

@@ -112,7 +112,7 @@ def simulate(
     )
 
 
-@eqx.filter_jit(inline=True)  # in a larger program its constants are seen
+@jax.jit(static_argnums=(0, 1, 2, 3), inline=True)  # so that a larger program sees its constants
 def _simulate(
     step: AbstractStep,
     chatter: Chatter,
