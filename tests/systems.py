@@ -57,7 +57,7 @@ CASES: dict[str, Case] = {
             ij.LinearOscillator(p[0], p[1]), ij.Stop(ij.Restitution(p[2]), p[3])
         ),
         (*PENDULUM, "r", "gap", *START),
-        (13.47, 0.01, 0.7, 0.3, 0.7, 0.1),
+        (13.47, 0.01, 0.7, 0.3, 0.7, 1.0),
     ),
     "bouncing ball": Case(
         lambda p: ij.ImpactOscillator(ij.BouncingBall(p[0]), ij.Stop(ij.Restitution(p[1]))),
