@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import mpmath
 import numpy as np
 import pytest
-from scipy.optimize import root
+from scipy.optimize import least_squares, root
 
 import impactjax as ij
 from printed import LENGTH, OMEGA_N, ZETA, case_1, case_2, exact, general, zero
@@ -166,6 +166,40 @@ def piecewise(parameters):
     )
     position = found.position(FINE)
     return jnp.append(position[:EARLY], found.impact_time[-1]), (found, position)
+
+
+def both_fits(degrees):
+    """ω_n and ζ of a noisy free decay by the exact motion, their errors, and by the formula."""
+    ts = jnp.arange(0.0, 10.0, 0.002)
+    swing = ij.ImpactOscillator(ij.Pendulum(OMEGA_N, ZETA))
+    start = ij.InitialState(math.radians(degrees))
+    noise = np.radians(0.2) * np.random.default_rng(0).standard_normal(len(ts))
+    record = ij.simulate(swing, start, ts, max_steps=1024).position + noise
+
+    @jax.jit
+    def left(p):
+        pendulum = ij.Pendulum(p[0], p[1])
+        return ij.MultipleScales(pendulum, ij.InitialState(p[2], p[3])).position(ts) - record
+
+    guess = [OMEGA_N, ZETA, math.radians(degrees), 0.0]
+    formula = least_squares(left, guess, jax.jit(jax.jacfwd(left))).x[:2]
+    exact = ij.fit(swing, ij.Recording(ts, record, ij.Angle()), initial=start)
+    assert exact.names[:2] == ("omega_n", "zeta")
+    return np.asarray(exact.values[:2]), np.asarray(exact.standard_errors[:2]), formula
+
+
+def test_a_small_free_decay_fitted_by_both_is_the_same():
+    exact, errors, formula = both_fits(5)
+    assert np.all(np.abs(formula - exact) < errors / 4)
+    assert np.all(np.abs(exact - [OMEGA_N, ZETA]) < 3 * errors)
+
+
+@pytest.mark.parametrize(("degrees", "bias"), [(45, (2.5e-4, 0.0224)), (90, (4.2e-3, 0.0767))])
+def test_the_formula_fitted_to_a_large_free_decay_is_biased(degrees, bias):
+    """As docs/multiple-scales.md says."""
+    exact, errors, formula = both_fits(degrees)
+    assert np.all(np.abs(exact - [OMEGA_N, ZETA]) < 3 * errors)
+    np.testing.assert_allclose(formula / exact - 1, bias, rtol=0.1)
 
 
 def test_piecewise_trajectory_chains_the_printed_cases():
