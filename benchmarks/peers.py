@@ -12,10 +12,13 @@ import argparse
 import importlib
 import json
 import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from typing import NamedTuple
 
-PEERS = ("heyoka", "numba", "scipy", "pydiffsol", "diffrax")
+OF_JAX = "diffrax"  # under our compiler options JAX aborts: a process of its own, without them
+PEERS = ("heyoka", "numba", "scipy", "pydiffsol", OF_JAX)
 LAWS = ("restitution", "kelvin-voigt")
 FORCED_LAWS = ("kelvin-voigt",)
 
@@ -68,12 +71,15 @@ def _chosen(arguments: argparse.Namespace) -> Iterator[tuple[Task, str, str]]:
     for row in TABLE:
         for law in row.laws:
             for peer in PEERS:
-                if arguments.task in (None, row.task) and arguments.peer in (None, peer):
+                asked = arguments.peer == peer or (arguments.peer is None and peer != OF_JAX)
+                if asked and arguments.task in (None, row.task):
                     yield row, law, peer
 
 
 def main() -> None:
     arguments = _arguments()
+    if arguments.peer == OF_JAX:
+        os.environ.setdefault("XLA_FLAGS", "")
     cores = _bind(arguments.cores)
     # only now: numerical libraries count the cores when they are loaded
     compare = importlib.import_module("compare")
@@ -81,6 +87,8 @@ def main() -> None:
         line = compare.line(row, law, peer, arguments.quick)
         if line is not None:
             print(json.dumps({**line, "cores": cores}), flush=True)
+    if arguments.peer is None:
+        subprocess.run([sys.executable, *sys.argv, "--peer", OF_JAX], check=True)
 
 
 if __name__ == "__main__":

@@ -52,7 +52,7 @@ LAWS = {
     "Simon": Case(ij.PowerLaw, (1e6, 3e5), (1.5, 1.5, 1.0)),
     "HuntCrossley": Case(ij.PowerLaw, (1e6, 3e5), (1.4, 1.4, 1.0), accuracy=3e-8),
     "PustPeterka": Case(ij.PowerLaw, (1e6, 3e5), (1.5, 1.5, 2.0)),
-    "HertzDashpot": Case(ij.PowerLaw, (1e6, 2.0), (1.5, 0.0, 1.0)),
+    "HertzDashpot": Case(ij.PowerLaw, (1e6, 2.0), (1.5, 0.0, 1.0), accuracy=3e-8),
     "PowerLaw": Case(ij.PowerLaw, (1e6, 2e4), (1.5, 1.0, 1.2)),
 }
 IMPACTS = 4

@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from impactjax._fit.kept import kept
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Minimum, Vector, minimise
 from impactjax._fit.problem import AbstractProblem, Answer
 from impactjax._fit.transform import farthest_move
@@ -16,7 +17,7 @@ Lanes = Float[Array, "lanes parameters"]
 Active = Bool[Array, " parameters"]
 
 
-@eqx.filter_jit
+@kept
 def search(
     problem: AbstractProblem,
     optimiser: LevenbergMarquardt,
