@@ -35,7 +35,6 @@ def _estimate(law: str, values: Array) -> tuple[Array, Array]:
         recording,
         initial=ij.InitialState(guess[-1]),
         fixed=("theta_dot0",),
-        optimiser=ij.LevenbergMarquardt(horizons=(1.0,)),
         simulation=ij.Simulation(ours.TOLERANCE, ours.STEPS, ours.IMPACTS, ours.STEP),
     )
     found = jnp.stack([fitted.value(name) for name in tasks.NAMES[law]])

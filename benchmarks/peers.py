@@ -88,7 +88,8 @@ def main() -> None:
         if line is not None:
             print(json.dumps({**line, "cores": cores}), flush=True)
     if arguments.peer is None:
-        subprocess.run([sys.executable, *sys.argv, "--peer", OF_JAX], check=True)
+        without = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
+        subprocess.run([sys.executable, *sys.argv, "--peer", OF_JAX], env=without, check=True)
 
 
 if __name__ == "__main__":
