@@ -84,14 +84,15 @@ def t2(law: str) -> Prepared:
     return prepare(lambda: _ready(batch, values), BATCH_HOW, tasks.LANES)
 
 
-def _jacobian(law: str, values: Array) -> Array:
+def derivatives(law: str, values: Array) -> Array:
+    """The derivatives of T3."""
     return jax.jacfwd(lambda p: angles(law, p))(values).T
 
 
 def t3(law: str) -> Prepared:
     """Derivatives of one trajectory: (parameters, 1401)."""
     values = tasks.parameters(law)
-    return prepare(lambda: _ready(lambda p: _jacobian(law, p), values), f"jacfwd, {HOW}")
+    return prepare(lambda: _ready(lambda p: derivatives(law, p), values), f"jacfwd, {HOW}")
 
 
 def t3_batch(law: str) -> Prepared:
@@ -99,7 +100,7 @@ def t3_batch(law: str) -> Prepared:
     values = tasks.drawn_parameters(law)
 
     def batch(values: Array) -> Array:
-        return jax.lax.map(lambda p: _jacobian(law, p), values, batch_size=TOGETHER)
+        return jax.lax.map(lambda p: derivatives(law, p), values, batch_size=TOGETHER)
 
     return prepare(lambda: _ready(batch, values), f"jacfwd, {BATCH_HOW}", tasks.LANES)
 
