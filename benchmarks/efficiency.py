@@ -21,8 +21,6 @@ import impactjax as ij
 import ours
 from rivals import tasks
 
-NOISE = np.radians(0.2)
-TOGETHER = 50
 START = 1.02  # times the truth
 
 
@@ -44,22 +42,17 @@ def _estimate(law: str, values: Array) -> tuple[Array, Array]:
 def _bound(law: str) -> np.ndarray:
     """The Cramér-Rao bound of the covariance, from exact derivatives."""
     truth = jnp.asarray(tasks.parameters(law))
-    sensitivities = np.asarray(jax.jit(jax.jacfwd(lambda p: ours.angles(law, p)))(truth)) / NOISE
-    return np.linalg.inv(sensitivities.T @ sensitivities)
+    sensitivities = np.asarray(jax.jit(lambda p: ours.derivatives(law, p))(truth)) / tasks.NOISE
+    return np.linalg.inv(sensitivities @ sensitivities.T)
 
 
 def study(law: str, count: int, seed: int = 0) -> dict:
     """Fits `count` recordings of one truth and compares the spread of the estimates."""
     truth = jnp.asarray(tasks.parameters(law))
     clean = jax.jit(lambda p: ours.angles(law, p))(truth)
-    noise = NOISE * np.random.default_rng(seed).standard_normal((count, len(tasks.TIMES)))
+    noise = tasks.NOISE * np.random.default_rng(seed).standard_normal((count, len(tasks.TIMES)))
     recordings = clean + jnp.asarray(noise)
-    many = jax.jit(
-        lambda all_values: jax.lax.map(
-            lambda values: _estimate(law, values), all_values, batch_size=TOGETHER
-        )
-    )
-    compiled = many.lower(recordings).compile()
+    compiled = jax.jit(ours.together(_estimate, law)).lower(recordings).compile()
     begin = time.perf_counter()
     found, converged = (np.asarray(x) for x in compiled(recordings))
     seconds = time.perf_counter() - begin
@@ -84,8 +77,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Efficiency of the estimates.")
     parser.add_argument("--count", type=int, default=1000)
     arguments = parser.parse_args()
+    cores = len(os.sched_getaffinity(0))
     for law in tasks.NAMES:
-        print(json.dumps({**study(law, arguments.count), "cores": os.cpu_count()}), flush=True)
+        print(json.dumps({**study(law, arguments.count), "cores": cores}), flush=True)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ import time
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
 
 import ours
 from rivals import tasks
@@ -32,12 +31,8 @@ def _first_call(task: str, law: str) -> float:
 
 def _peak(law: str) -> float:
     """Largest memory of the process [MiB], that of JAX and of the result included."""
-
-    def batch(values: Array) -> Array:
-        return jax.lax.map(lambda p: ours.derivatives(law, p), values, batch_size=ours.TOGETHER)
-
     lanes = jnp.asarray(np.tile(tasks.drawn_parameters(law), (10, 1)))
-    jax.block_until_ready(jax.jit(batch)(lanes))
+    jax.block_until_ready(jax.jit(ours.together(ours.derivatives, law))(lanes))
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 

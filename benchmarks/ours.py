@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -16,6 +17,8 @@ from rivals.prepared import Prepared, prepare
 
 os.environ.setdefault("XLA_FLAGS", FAST)  # read before the first computation
 jax.config.update("jax_enable_x64", True)
+
+T = TypeVar("T")
 
 STEP, TOLERANCE = ij.TaylorStep(order=12), 5e-8
 STEPS, IMPACTS = 64, 32
@@ -68,6 +71,11 @@ def _ready(function: Callable[..., Array], *arguments: np.ndarray) -> Callable[[
     return lambda: np.asarray(compiled(*arrays))
 
 
+def together(function: Callable[[str, Array], T], law: str) -> Callable[[Array], T]:
+    """A function of many parameter sets, in portions that fit into the cache."""
+    return lambda lanes: jax.lax.map(lambda p: function(law, p), lanes, batch_size=TOGETHER)
+
+
 def t1(law: str) -> Prepared:
     """One trajectory: (1401,)."""
     values = tasks.parameters(law)
@@ -77,11 +85,7 @@ def t1(law: str) -> Prepared:
 def t2(law: str) -> Prepared:
     """A thousand trajectories: (1000, 1401)."""
     values = tasks.drawn_parameters(law)
-
-    def batch(values: Array) -> Array:
-        return jax.lax.map(lambda p: angles(law, p), values, batch_size=TOGETHER)
-
-    return prepare(lambda: _ready(batch, values), BATCH_HOW, tasks.LANES)
+    return prepare(lambda: _ready(together(angles, law), values), BATCH_HOW, tasks.LANES)
 
 
 def derivatives(law: str, values: Array) -> Array:
@@ -98,11 +102,8 @@ def t3(law: str) -> Prepared:
 def t3_batch(law: str) -> Prepared:
     """Derivatives of a thousand trajectories: (1000, parameters, 1401)."""
     values = tasks.drawn_parameters(law)
-
-    def batch(values: Array) -> Array:
-        return jax.lax.map(lambda p: derivatives(law, p), values, batch_size=TOGETHER)
-
-    return prepare(lambda: _ready(batch, values), f"jacfwd, {BATCH_HOW}", tasks.LANES)
+    how = f"jacfwd, {BATCH_HOW}"
+    return prepare(lambda: _ready(together(derivatives, law), values), how, tasks.LANES)
 
 
 def _driven(law: str, ratio: Array, frequency: Array, times: Array, steps: int) -> Array:

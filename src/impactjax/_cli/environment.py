@@ -28,3 +28,9 @@ def prepare() -> None:
         jax.config.update("jax_compilation_cache_dir", str(Path(home) / "impactjax"))
     if "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS" not in os.environ:
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+
+
+def compiled_programs() -> Path | None:
+    """The folder in which JAX keeps them, if it does."""
+    folder = jax.config.values["jax_compilation_cache_dir"]
+    return None if folder is None else Path(folder)

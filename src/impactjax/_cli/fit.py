@@ -13,12 +13,15 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from impactjax._cli.environment import compiled_programs
+from impactjax._cli.kept import kept
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._cli.setup import Task, task_of
 from impactjax._fit.compare import Fitted, compare
 from impactjax._fit.digits import interval
 from impactjax._fit.laws import LAWS, NO_LAW
 from impactjax._fit.oscillators import OSCILLATORS
+from impactjax._fit.search import search
 from impactjax._measure.file_error import FileError
 from impactjax._measure.read_recording import read_recording
 from impactjax._report.document import document
@@ -107,6 +110,8 @@ def _targets(out: Path | None, force: bool) -> tuple[Path, Path] | None:
 
 def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
     fits = []
+    folder = compiled_programs()
+    searcher = search if folder is None else kept(search, folder / "traced")
     console = Console(stderr=True)
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     with Progress(
@@ -120,7 +125,9 @@ def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
                 bar.update(display, description=f"{escape(path.name)}: {what}")
 
             try:
-                found = compare(task.recording, task.setup, task.laws, seed=seed, tell=tell)
+                found = compare(
+                    task.recording, task.setup, task.laws, seed=seed, tell=tell, search=searcher
+                )
             except ValueError as error:
                 raise Refusal(f"{path}: {error}") from error
             fits += [(str(path), fitted) for fitted in found]

@@ -16,6 +16,7 @@ from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.oscillators import OSCILLATORS
 from impactjax._fit.problem import Problem
 from impactjax._fit.profile import profiled
+from impactjax._fit.search import Search, search
 from impactjax._fit.starts import Starts
 from impactjax._fit.system import handles, replaced
 from impactjax._measure.recording import AnyRecording, ImpactTimes
@@ -73,6 +74,7 @@ def compare(
     *,
     seed: int = 0,
     tell: Callable[[str], None] = lambda _: None,
+    search: Search = search,
 ) -> list[Fitted]:
     """Each law fitted from first estimates, the best first by Akaike's criterion.
 
@@ -83,6 +85,7 @@ def compare(
     - `laws`: names from `LAWS`, or "none" for free flight.
     - `seed`: of the scattered starts.
     - `tell`: is told what begins.
+    - `search`: what carries out the searches.
     """
     fits = []
     for law in laws:
@@ -93,7 +96,8 @@ def compare(
             problem = _problem(recording, setup, law, dry)
             starts = Starts(16, seed)
             optimiser = LevenbergMarquardt()
-            estimate = profiled(solve(problem, starts, optimiser), optimiser, starts.count)
+            estimate = solve(problem, starts, optimiser, search)
+            estimate = profiled(estimate, optimiser, starts.count, search)
             fits.append(Fitted(law, dry, estimate, time.perf_counter() - begin))
     return sorted(fits, key=lambda fitted: float(fitted.estimate.aic))
 

@@ -12,7 +12,7 @@ from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.problem import Problem, Simulation, Tie
-from impactjax._fit.search import Lanes, best_of, search
+from impactjax._fit.search import Lanes, Search, best_of, search
 from impactjax._fit.starts import Starts
 from impactjax._fit.summary import summarise
 from impactjax._fit.system import Start, System, handles
@@ -68,12 +68,16 @@ def fit(
     return solve(pose(experiment), starts, optimiser)
 
 
-def solve(problem: Problem, starts: Starts, optimiser: LevenbergMarquardt) -> Estimate[Problem]:
+def solve(
+    problem: Problem, starts: Starts, optimiser: LevenbergMarquardt, search: Search = search
+) -> Estimate[Problem]:
     """The estimate of the best of several searches."""
-    return best_from(problem, starts.lanes(problem), optimiser)
+    return best_from(problem, starts.lanes(problem), optimiser, search)
 
 
-def best_from(problem: P, lanes: Lanes, optimiser: LevenbergMarquardt) -> Estimate[P]:
+def best_from(
+    problem: P, lanes: Lanes, optimiser: LevenbergMarquardt, search: Search = search
+) -> Estimate[P]:
     """The estimate of the best of searches from some starts in the optimiser's coordinates."""
     parts = jnp.stack([problem.first(share) for share in optimiser.horizons])
     minima = search(problem, optimiser, lanes, jnp.ones(lanes.shape, bool), parts)

@@ -10,7 +10,7 @@ from scipy import special
 
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._fit.search import search
+from impactjax._fit.search import Search, search
 from impactjax._fit.verdict import Verdict
 from impactjax._model.parameter import Range
 
@@ -20,7 +20,10 @@ _NEAR = 0.02  # of the limit: the end of the interval is found
 
 
 def profiled(
-    estimate: Estimate[P], optimiser: LevenbergMarquardt = LevenbergMarquardt(), lanes: int = 16
+    estimate: Estimate[P],
+    optimiser: LevenbergMarquardt = LevenbergMarquardt(),
+    lanes: int = 16,
+    search: Search = search,
 ) -> Estimate[P]:
     """The estimate with intervals and verdicts from the profile of the sum of squares.
 
@@ -33,6 +36,7 @@ def profiled(
     - `estimate`: of a single fit.
     - `optimiser`: for the refits.
     - `lanes`: how many refits run at once.
+    - `search`: what carries them out.
     """
     ranges = [handle.allowed for handle in estimate.problem.handles().values()]
     walks = [_begin(estimate, ranges, j, side) for j in range(len(ranges)) for side in (-1, 1)]
@@ -41,7 +45,7 @@ def profiled(
         if not going:
             break
         held = [walk.next_value() for walk in going]
-        rises = _rises(estimate, optimiser, ranges, going, held, lanes)
+        rises = _rises(estimate, optimiser, ranges, going, held, lanes, search)
         for walk, rise in zip(going, rises, strict=True):
             walk.learn(float(rise))
     below, above = walks[::2], walks[1::2]
@@ -140,6 +144,7 @@ def _rises(
     walks: list[_Walk],
     held: list[float],
     lanes: int,
+    search: Search,
 ) -> np.ndarray:
     """Rise of the root of the sum of squares at each held value, in noise sizes."""
     starts = np.array([_start(estimate, ranges, w, v) for w, v in zip(walks, held, strict=True)])

@@ -1,11 +1,13 @@
 """Many searches at once."""
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from impactjax._fit.kept import kept
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Minimum, Vector, minimise
 from impactjax._fit.problem import AbstractProblem, Answer
 from impactjax._fit.transform import farthest_move
@@ -15,9 +17,10 @@ _FLAT = 0.1  # slope, relative to that at the start, below which a parameter sta
 
 Lanes = Float[Array, "lanes parameters"]
 Active = Bool[Array, " parameters"]
+Search: TypeAlias = Callable[..., Minimum[Answer]]  # `search`, or what stands for it
 
 
-@kept
+@eqx.filter_jit
 def search(
     problem: AbstractProblem,
     optimiser: LevenbergMarquardt,
