@@ -75,6 +75,23 @@ def test_derivatives_match_richardson(name):
         assert np.max(np.abs(column - estimate)) < 1e-8 * scale, case.names[i]
 
 
+@pytest.mark.parametrize("alone", ["r", "upper gap", "position"])
+def test_what_is_constant_changes_no_derivative(alone):
+    """Constants get no tangents; the derivative by all parameters at once knows no constants."""
+    case = CASES["pendulum with dry friction, two stops"]
+    i = case.names.index(alone)
+
+    def along(value):
+        return outputs(case, 1e-12, [*case.values[:i], value, *case.values[i + 1 :]])
+
+    by_one = jax.jit(jax.jacfwd(along))(case.values[i])
+    for one, full in zip(
+        by_one, jacobians("pendulum with dry friction, two stops")[0], strict=True
+    ):
+        column = full[..., i]
+        np.testing.assert_allclose(one, column, rtol=0, atol=1e-12 * np.max(np.abs(column)))
+
+
 def ball_closed_form(time: float, impacts: int):
     gravity, r, height = 9.81, 0.9, 0.2
     values = [height, gravity, r]
