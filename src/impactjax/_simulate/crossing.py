@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jaxtyping import Array
 
 from impactjax._types import Code, Flag, Scalar
@@ -126,6 +127,6 @@ def horner_with_slope(coefficients: Sequence[Scalar], w: Scalar) -> tuple[Scalar
     """Σ aₖ wᵏ and its derivative."""
     value, slope = coefficients[-1], jnp.zeros_like(w)
     for coefficient in coefficients[-2::-1]:
-        slope = slope * w + value
-        value = value * w + coefficient
+        slope = lax.add(lax.mul(slope, w), value)
+        value = lax.add(lax.mul(value, w), coefficient)
     return value, slope

@@ -1,11 +1,12 @@
 """Where a motion turns within a step, and where a contact force peaks.
 
 Both are zeros of a rate that falls through zero inside a known step: that of the penetration, and
-that of the force. One such step is chosen an impact and the zero is found in it.
+that of the force. One such step is chosen an impact, and one a stop before which the mass turned in
+flight, and the zero is found in it.
 """
 
+import functools
 from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -17,24 +18,29 @@ from impactjax._model.law import AbstractForceLaw
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.chunks import CHUNK, map_rows
 from impactjax._simulate.flow import Wall, contact_force, walls
-from impactjax._simulate.loop import Log, Record
+from impactjax._simulate.loop import Record
 from impactjax._simulate.replay import Path
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Code, Scalar
 
 _SECANTS = 10
+_PENETRATION, _FORCE = 0, 1
 
 Slots = Int[Array, " steps"]
+PerImpact = Float[Array, " impacts"]
 PerStep = Float[Array, " steps"]
-Value = Callable[[Scalar, State, Mode], Scalar]
+Levels = Float[Array, "2 stops"]  # penetration [m] and force [N]
 
 
 class Extremes(NamedTuple):
-    """Of each impact: deepest penetration [m] and peak force [N], zero at a rigid stop."""
+    """Of each impact the deepest penetration [m] and the peak force [N], zero at a rigid stop; and
+    how close the mass came to a stop at the closest turn before it [m], infinite without one.
+    """
 
-    penetration: Float[Array, " impacts"]
-    force: Float[Array, " impacts"]
+    penetration: PerImpact
+    force: PerImpact
+    nearest_miss: Scalar
 
 
 class _Bracket(NamedTuple):
@@ -44,12 +50,15 @@ class _Bracket(NamedTuple):
     at_high: Scalar
 
 
-class _Row(NamedTuple):
+class _Place(NamedTuple):
+    """A step, and which level turns in it."""
+
     t: Scalar
     y: State
     mode: Mode
     expansion: PyTree
     h: Scalar
+    which: Bool[Array, "2 stops"]
 
 
 def extremes(
@@ -60,72 +69,73 @@ def extremes(
     slots: Slots,
     count: int,
 ) -> Extremes:
-    """The extremes of `count` impacts, where `slots` tells to which impact a step belongs."""
-    if not any(isinstance(wall.stop.law, AbstractForceLaw) for wall in walls(model)):
-        return Extremes(*(jnp.zeros(count, path.t.dtype),) * 2)
-    automaton = Automaton(model)
-    touching = record.log.taken & (record.log.mode.phase == Phase.CONTACT)
+    """The extremes of a run of `count` impacts, where `slots` tells to which one a step belongs."""
+    nothing, far = jnp.zeros(count, path.t.dtype), jnp.full_like(path.t[0], jnp.inf)
+    if not walls(model):
+        return Extremes(nothing, nothing, far)
+    log, stops = record.log, len(walls(model))
+    levels = jax.jit(functools.partial(_levels, model))  # so that it is traced once
+    start, rate = jax.vmap(levels)(path.t, path.y, log.mode)
+    end, end_rate = jax.vmap(levels)(path.t + path.h, path.end, log.mode)
+    turns, highest = (rate > 0) & (end_rate <= 0), jnp.maximum(start, end)
+
+    @jax.jit
+    def peak(place: _Place) -> Scalar:
+        def own(s: Scalar) -> tuple[Scalar, Scalar]:
+            y = step.evaluate(Automaton(model), place.mode, place.expansion, s)
+            of_all = levels(place.t + s, y, place.mode)
+            value, rate = (jnp.sum(x, where=place.which) for x in of_all)
+            return value, rate
+
+        return own(falling_zero(lambda s: own(s)[1], place.h))[0]
+
+    def at_turn(rows: Array, quantity: int, stop: Array) -> Array:
+        """A level where it turns within each of some steps."""
+        columns = path.t, path.y, log.mode, path.expansion, path.h
+        chosen = jax.tree.map(lambda column: column[rows], columns)
+        number = jnp.arange(2 * stops, dtype=stop.dtype).reshape(2, stops)
+        which = number == quantity * stops + stop[:, None, None]
+        return map_rows(peak, _Place(*chosen, which=which), record.passes, CHUNK)
+
+    touching = log.taken & (log.mode.phase == Phase.CONTACT)
     slots = jnp.where(touching & (slots >= 0), slots, count)
+    first, begins = _choose(touching, -path.t, slots, count)
 
-    def depth(t: Scalar, y: State, mode: Mode) -> Scalar:
-        del t
-        lever = model.oscillator.lever()
-        return _of_stop(model, mode, lambda wall: -lever * wall.clearance(y.position))
+    def of_impacts(quantity: int) -> PerImpact:
+        def own(x: Array) -> Array:
+            return jnp.take_along_axis(x[:, quantity], log.mode.stop[:, None], axis=1)[:, 0]
 
-    def force(t: Scalar, y: State, mode: Mode) -> Scalar:
-        del t
-        return _of_stop(model, mode, lambda wall: _force(model, wall, y))
-
-    def largest(value: Value) -> Float[Array, " impacts"]:
-        peaks = _peaks(automaton, path, record.log, value)
-        row, exists = _choose(peaks.turns, peaks.level, slots, count)
-        inside = _at_zero_rate(step, automaton, path, record, value, row)
-        first, begins = _choose(touching, -path.t, slots, count)
-        at_touch = jnp.where(begins, peaks.start[first], 0.0)
+        row, exists = _choose(own(turns), own(highest), slots, count)
+        inside = at_turn(row, quantity, log.mode.stop[row])
+        at_touch = jnp.where(begins, own(start)[first], 0.0)
         return jnp.where(exists, jnp.maximum(inside, at_touch), at_touch)
 
-    return Extremes(largest(depth), largest(force))
-
-
-def nearest_miss(step: AbstractStep, model: ImpactOscillator, path: Path, record: Record) -> Scalar:
-    """How close the mass came to a stop at the closest turn before it [m]; infinite without one."""
-    automaton, log = Automaton(model), record.log
     flying = log.taken & (log.mode.phase == Phase.FLIGHT)
-    nearest = jnp.full_like(path.t[0], jnp.inf)
-    for wall in walls(model):
 
-        def nearness(t: Scalar, y: State, mode: Mode, wall: Wall = wall) -> Scalar:
-            del t, mode
-            return -model.oscillator.lever() * wall.clearance(y.position)
+    def miss(stop: int) -> Scalar:
+        turned = flying & turns[:, _PENETRATION, stop]
+        row, exists = _choose(turned, highest[:, _PENETRATION, stop], jnp.zeros_like(slots), 1)
+        inside = at_turn(row, _PENETRATION, jnp.full_like(row, stop))
+        return jnp.where(exists, -inside, jnp.inf)[0]
 
-        peaks = _peaks(automaton, path, log, nearness)
-        row, exists = _choose(flying & peaks.turns, peaks.level, jnp.zeros_like(log.event), 1)
-        inside = _at_zero_rate(step, automaton, path, record, nearness, row)
-        nearest = jnp.minimum(nearest, jnp.where(exists, -inside, jnp.inf)[0])
-    return nearest
-
-
-class _Peaks(NamedTuple):
-    """Of a quantity over each step."""
-
-    turns: Bool[Array, " steps"]  # whether its rate falls through zero
-    level: PerStep  # its larger end value
-    start: PerStep
+    compliant = any(isinstance(wall.stop.law, AbstractForceLaw) for wall in walls(model))
+    return Extremes(
+        of_impacts(_PENETRATION) if compliant else nothing,
+        of_impacts(_FORCE) if compliant else nothing,
+        functools.reduce(jnp.minimum, [miss(stop) for stop in range(stops)]),
+    )
 
 
-def _peaks(automaton: Automaton, path: Path, log: Log, value: Value) -> _Peaks:
-    rated = jax.vmap(partial(_rated, automaton, value))
-    start, rate = rated(path.t, path.y, log.mode)
-    end, end_rate = rated(path.t + path.h, path.end, log.mode)
-    return _Peaks((rate > 0) & (end_rate <= 0), jnp.maximum(start, end), start)
+def _levels(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> tuple[Levels, Levels]:
+    """Penetration and force of all stops, and their rates along the flow."""
 
+    def levels(y: State) -> Levels:
+        lever = model.oscillator.lever()
+        penetrations = [-lever * wall.clearance(y.position) for wall in walls(model)]
+        forces = [_force(model, wall, y) for wall in walls(model)]
+        return jnp.stack([*penetrations, *forces]).reshape(2, -1)
 
-def _rated(
-    automaton: Automaton, value: Value, t: Scalar, y: State, mode: Mode
-) -> tuple[Scalar, Scalar]:
-    """A quantity and its rate along the flow."""
-    flow = automaton.flow(t, y, mode)
-    return jax.jvp(lambda t, y: value(t, y, mode), (t, y), (jnp.ones_like(t), flow))
+    return jax.jvp(levels, (y,), (Automaton(model).flow(t, y, mode),))
 
 
 def _choose(
@@ -139,30 +149,6 @@ def _choose(
     numbers = jnp.arange(score.shape[0], dtype=jnp.int32)
     row = jnp.zeros(count, jnp.int32).at[jnp.where(wins, slots, count)].set(numbers, mode="drop")
     return row, jnp.isfinite(best)
-
-
-def _at_zero_rate(
-    step: AbstractStep,
-    automaton: Automaton,
-    path: Path,
-    record: Record,
-    value: Value,
-    rows: Int[Array, " impacts"],
-) -> Float[Array, " impacts"]:
-    """The quantity where its rate is zero within each of some steps."""
-    chosen = jax.tree.map(
-        lambda column: column[rows],
-        _Row(path.t, path.y, record.log.mode, path.expansion, path.h),
-    )
-
-    def peak(row: _Row) -> Scalar:
-        def rated(s: Scalar) -> tuple[Scalar, Scalar]:
-            y = step.evaluate(automaton, row.mode, row.expansion, s)
-            return _rated(automaton, value, row.t + s, y, row.mode)
-
-        return rated(falling_zero(lambda s: rated(s)[1], row.h))[0]
-
-    return map_rows(peak, chosen, record.passes, CHUNK)
 
 
 def falling_zero(rate: Callable[[Scalar], Scalar], h: Scalar) -> Scalar:
@@ -197,12 +183,3 @@ def _force(model: ImpactOscillator, wall: Wall, y: State) -> Scalar:
     if isinstance(law, AbstractForceLaw):
         return contact_force(model, wall, law, y)
     return jnp.zeros_like(y.position)
-
-
-def _of_stop(model: ImpactOscillator, mode: Mode, value: Callable[[Wall], Scalar]) -> Scalar:
-    """The value of the stop that a mode is at."""
-    found = [value(wall) for wall in walls(model)]
-    chosen = found[0]
-    for number, other in enumerate(found[1:], start=1):
-        chosen = jnp.where(mode.stop == number, other, chosen)
-    return chosen

@@ -16,6 +16,7 @@ from impactjax._simulate.replay import Path
 from impactjax._simulate.rigid_stop import RigidStop
 from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep
+from impactjax._types import Scalar
 
 
 class ImpactLog(eqx.Module):
@@ -61,10 +62,18 @@ class _Ends(NamedTuple):
     separation_speed: Float[Array, " steps"]
 
 
-def impact_log(
+class Impacts(NamedTuple):
+    """The impacts of a lane, how many there were, and how close it came to one more."""
+
+    log: ImpactLog
+    total: Int[Array, ""]
+    nearest_miss: Scalar
+
+
+def impacts_of(
     step: AbstractStep, model: ImpactOscillator, path: Path, record: Record, max_impacts: int
-) -> tuple[ImpactLog, Int[Array, ""]]:
-    """The impacts of a lane, and how many there were."""
+) -> Impacts:
+    """The log has room for `max_impacts`."""
     ends = jax.vmap(lambda path, log: _read(model, path, log))(path, record.log)
     number = jnp.cumsum(ends.begins, dtype=jnp.int32) - 1
     total = number[-1] + 1
@@ -81,8 +90,8 @@ def impact_log(
     approach = gather(lever * ends.approach_speed, opened)
     separation = gather(lever * ends.separation_speed, closed)
     moving = complete & (approach > 0)
-    penetration, force = extremes(step, model, path, record, number, max_impacts)
-    return ImpactLog(
+    penetration, force, nearest_miss = extremes(step, model, path, record, number, max_impacts)
+    log = ImpactLog(
         count=jnp.minimum(total, max_impacts),
         time=time,
         stop=gather(ends.stop, opened),
@@ -94,7 +103,8 @@ def impact_log(
         peak_force=force,
         energy_lost=jnp.where(complete, mass * (approach**2 - separation**2) / 2, 0),
         complete=complete,
-    ), total
+    )
+    return Impacts(log, total, nearest_miss)
 
 
 def _read(model: ImpactOscillator, path: Path, log: Log) -> _Ends:

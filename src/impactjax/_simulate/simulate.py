@@ -15,8 +15,7 @@ from impactjax._results import RESULTS
 from impactjax._simulate.automaton import with_internal
 from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.chunks import CHUNK
-from impactjax._simulate.extremes import nearest_miss
-from impactjax._simulate.impact_log import impact_log
+from impactjax._simulate.impact_log import impacts_of
 from impactjax._simulate.loop import Run, record_steps
 from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.replay import differentiable_path
@@ -130,7 +129,7 @@ def _simulate(
     record = record_steps(step, chatter, max_steps, run)
     path = differentiable_path(step, model, y0, t0, record)
     position, velocity = sample(step, model, path, record, ts)
-    impacts, total = impact_log(step, model, path, record, max_impacts)
+    impacts, total, nearest_miss = impacts_of(step, model, path, record, max_impacts)
     full = RESULTS.where(total > max_impacts, RESULTS.max_impacts_reached, RESULTS.successful)
     fine = record.result == RESULTS.successful
     known = (t0 <= ts) & (ts <= record.end.t)
@@ -140,7 +139,7 @@ def _simulate(
         velocity=jnp.where(known, velocity, jnp.nan),
         impacts=impacts,
         rests=rest_log(path, record.log, max_impacts),
-        nearest_miss=nearest_miss(step, model, path, record),
+        nearest_miss=nearest_miss,
         result=RESULTS.where(fine, full, record.result),
         stats=Stats(jnp.sum(record.log.taken, dtype=jnp.int32)),
     )

@@ -5,11 +5,14 @@ its output from the coefficients of its inputs, and the field gives the next coe
 state. Source: Moore (1966); Jorba & Zou, Experimental Mathematics 14, 99 (2005).
 """
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+from jax import lax
 from jax.extend.core import Jaxpr, JaxprEqn, Literal, Var
 from jaxtyping import Array
 
@@ -108,38 +111,38 @@ def _grown(program: Program, rule: Callable[[int], Array]) -> Series:
     return series
 
 
-def _sum(terms: Sequence[Array]) -> Array:
-    total = terms[0]
-    for term in terms[1:]:
-        total = total + term
-    return total
+# `lax` rather than operators: what is traced ten thousand times need not be promoted and broadcast.
 
 
 def _product_coefficient(a: Series, b: Series, k: int) -> Array:
-    return _sum([a[j] * b[k - j] for j in range(k + 1)])
+    return functools.reduce(lax.add, [lax.mul(a[j], b[k - j]) for j in range(k + 1)])
 
 
 def _square_coefficient(a: Series, k: int) -> Array:
-    pairs = [2 * (a[j] * a[k - j]) for j in range((k + 1) // 2)]
-    middle = [a[k // 2] * a[k // 2]] if k % 2 == 0 else []
-    return _sum(pairs + middle)
+    pairs = [_times(2, lax.mul(a[j], a[k - j])) for j in range((k + 1) // 2)]
+    middle = [lax.mul(a[k // 2], a[k // 2])] if k % 2 == 0 else []
+    return functools.reduce(lax.add, pairs + middle)
+
+
+def _times(number: float, value: Array) -> Array:
+    return lax.mul(value, np.full(value.shape, number, value.dtype))
 
 
 def _add(operands: list[Operand], params: dict, program: Program) -> Series:
     del params
     a, b = operands
     if isinstance(a, list) and isinstance(b, list):
-        return _grown(program, lambda k: a[k] + b[k])
+        return _grown(program, lambda k: lax.add(a[k], b[k]))
     series, constant = (a, b) if isinstance(a, list) else (b, a)
     assert isinstance(series, list)
     assert not isinstance(constant, list)
-    return _grown(program, lambda k: series[k] + constant if k == 0 else series[k])
+    return _grown(program, lambda k: lax.add(series[k], constant) if k == 0 else series[k])
 
 
 def _subtract(operands: list[Operand], params: dict, program: Program) -> Series:
     a, b = operands
     if isinstance(b, list):
-        return _add([a, _grown(program, lambda k: -b[k])], params, program)
+        return _add([a, _grown(program, lambda k: lax.neg(b[k]))], params, program)
     return _add([a, -b], params, program)
 
 
@@ -153,7 +156,7 @@ def _multiply(operands: list[Operand], params: dict, program: Program) -> Series
     series, constant = (a, b) if isinstance(a, list) else (b, a)
     assert isinstance(series, list)
     assert not isinstance(constant, list)
-    return _grown(program, lambda k: series[k] * constant)
+    return _grown(program, lambda k: lax.mul(series[k], constant))
 
 
 def _divide(operands: list[Operand], params: dict, program: Program) -> Series:
@@ -161,12 +164,14 @@ def _divide(operands: list[Operand], params: dict, program: Program) -> Series:
     a, b = operands
     if not isinstance(b, list):
         assert isinstance(a, list)
-        return _grown(program, lambda k: a[k] / b)
+        return _grown(program, lambda k: lax.div(a[k], b))
     quotient: Series = []
 
     def extend(k: int) -> None:
-        known = [b[j] * quotient[k - j] for j in range(1, k + 1)]
-        quotient.append((_at(a, k, b[0]) - _sum(known) if known else _at(a, k, b[0])) / b[0])
+        rest = _at(a, k, b[0])
+        for j in range(1, k + 1):
+            rest = lax.sub(rest, lax.mul(b[j], quotient[k - j]))
+        quotient.append(lax.div(rest, b[0]))
 
     program.append(extend)
     return quotient
@@ -199,7 +204,7 @@ def _derivative(operand: Operand, program: Program) -> Series:
 
     def extend(k: int) -> None:
         if k > 0:
-            slope.append(k * operand[k])
+            slope.append(_times(k, operand[k]))
 
     program.append(extend)
     return slope
@@ -213,7 +218,7 @@ def _exponential(operands: list[Operand], params: dict, program: Program) -> Ser
     power: Series = []
 
     def rule(k: int) -> Array:
-        return jnp.exp(a[0]) if k == 0 else _product_coefficient(slope, power, k - 1) / k
+        return lax.exp(a[0]) if k == 0 else _times(1 / k, _product_coefficient(slope, power, k - 1))
 
     program.append(lambda k: power.append(rule(k)))
     return power
@@ -227,11 +232,11 @@ def _sine_and_cosine(operand: Operand, program: Program) -> tuple[Series, Series
 
     def extend(k: int) -> None:
         if k == 0:
-            sine.append(jnp.sin(operand[0]))
-            cosine.append(jnp.cos(operand[0]))
+            sine.append(lax.sin(operand[0]))
+            cosine.append(lax.cos(operand[0]))
         else:
-            next_sine = _product_coefficient(slope, cosine, k - 1) / k
-            next_cosine = -_product_coefficient(slope, sine, k - 1) / k
+            next_sine = _times(1 / k, _product_coefficient(slope, cosine, k - 1))
+            next_cosine = _times(-1 / k, _product_coefficient(slope, sine, k - 1))
             sine.append(next_sine)
             cosine.append(next_cosine)
 
@@ -258,7 +263,7 @@ def _select(operands: list[Operand], params: dict, program: Program) -> Series:
             "instead, `step=RungeKutta()`, or make the switch an event."
         )
 
-    return _grown(program, lambda k: jax.lax.select_n(which, *_all_at(cases, k)))
+    return _grown(program, lambda k: lax.select_n(which, *_all_at(cases, k)))
 
 
 _CALLS = ("jit", "pjit", "closed_call", "core_call", "custom_jvp_call", "custom_vjp_call")
