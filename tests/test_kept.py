@@ -1,5 +1,6 @@
 """A traced program is kept for a new process."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -30,6 +31,15 @@ def test_a_new_process_does_not_trace_again(tmp_path):
     assert isinstance(again["law"], ij.LinearRestitution)
     assert len(list((tmp_path / "new").iterdir())) == len(traced) == 1
     assert not not_traced
+
+
+def test_what_was_returned_is_compiled_for_no_second_time(tmp_path, caplog):
+    function, _ = program(tmp_path)
+    with jax.log_compiles():
+        again = function(LAW, SPEED)
+        for _ in range(2):
+            again = function(again["law"], again["speed"])
+    assert caplog.text.count("Compiling jit(call)") == 1
 
 
 def test_what_differs_is_traced(tmp_path):

@@ -16,6 +16,7 @@ from typing import NamedTuple, ParamSpec, TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import export
 from jaxtyping import PyTree
 
@@ -47,7 +48,8 @@ def kept(function: Callable[P, T], folder: Path) -> Callable[P, T]:
             path = folder / key
             programs[key] = _read(path) or _written(path, function, (args, kwargs))
         program = programs[key]
-        found = program.call(*jax.tree.leaves(eqx.filter((args, kwargs), eqx.is_array)))
+        arrays = jax.tree.leaves(eqx.filter((args, kwargs), eqx.is_array))
+        found = program.call(*map(np.asarray, arrays))  # what it returned compiles nothing anew
         return jax.tree.unflatten(jax.tree.structure(program.example), found)
 
     return call
