@@ -21,6 +21,7 @@ def prepare() -> None:
 
     To be called before JAX computes anything, as is the choice of XLA_FLAGS.
     """
+    gc.freeze()  # what was imported stays
     gc.set_threshold(_COLLECT_AFTER)
     home = os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache"))
     jax.config.update("jax_enable_x64", True)
