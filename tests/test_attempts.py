@@ -28,7 +28,8 @@ attempted(command)
 
 
 def run(how: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    clean = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
+    unset = ("XLA_FLAGS", "PYTHONUNBUFFERED")
+    clean = {name: value for name, value in os.environ.items() if name not in unset}
     return subprocess.run(
         [sys.executable, "-c", PROGRAM, how],
         env={**clean, **environment},
@@ -39,7 +40,9 @@ def run(how: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
-@pytest.mark.parametrize(("how", "tried"), [("work", ["fast", "end"]), ("abort", ["fast", "safe", "end"])])
+@pytest.mark.parametrize(
+    ("how", "tried"), [("work", ["fast", "end"]), ("abort", ["fast", "safe", "end"])]
+)
 def test_an_aborted_attempt_is_made_again(how, tried):
     found = run(how)
     assert (found.returncode, found.stdout.split()) == (3, tried)
