@@ -16,7 +16,8 @@ import jax  # noqa: E402  after the environment that it reads
 
 from impactjax._cli.environment import FAST, prepare  # noqa: E402
 
-os.environ.setdefault("XLA_FLAGS", FAST)
+# Unoptimised: to compile takes most of the time of the tests, and then takes half as long.
+os.environ.setdefault("XLA_FLAGS", f"{FAST} --xla_backend_optimization_level=0")
 prepare()
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 
