@@ -16,8 +16,7 @@ import jax  # noqa: E402  after the environment that it reads
 
 from impactjax._cli.environment import FAST, prepare  # noqa: E402
 
-# Unoptimised: to compile takes most of the time of the tests, and then takes half as long.
-os.environ.setdefault("XLA_FLAGS", f"{FAST} --xla_backend_optimization_level=0")
+os.environ.setdefault("XLA_FLAGS", FAST)
 prepare()
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 

@@ -8,6 +8,7 @@ import pytest
 
 from browser import look, needs_browser
 from command import Fitted, fitted, impactjax
+from impactjax._cli.fit import write
 
 TRUTH = {"omega_n": 12.0, "zeta": 0.01, "r": 0.7, "theta0": math.radians(40), "theta_dot0": 0.5}
 ALIKE = ["--duration=0.8", "--rate=500", "--set=length=2"]  # all runs compile the same program
@@ -175,6 +176,37 @@ def test_existing_files_are_kept_unless_forced(simulated, tmp_path):
     assert run.status == 2
     assert "report.html exists; use --force" in run.stderr
     assert (tmp_path / "report.html").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--seed", "99999999999999999999999"], "Input should be"),
+        (["--seed", "-1"], "Input should be"),
+        (["--out", "/proc/self"], "/proc/self cannot be written to"),
+    ],
+)
+def test_fit_refuses_what_cannot_be_done(simulated, arguments, says):
+    run = impactjax("fit", simulated, *arguments)
+    assert (run.status, run.stdout) == (2, "")
+    assert says in run.stderr
+
+
+def test_a_link_to_nowhere_is_not_written_through(simulated, tmp_path):
+    (tmp_path / "fit.json").symlink_to(tmp_path / "elsewhere.json")
+    run = impactjax("fit", simulated, "--out", tmp_path)
+    assert (run.status, run.stdout) == (2, "")
+    assert "fit.json exists; use --force" in run.stderr
+
+
+def test_what_came_to_be_meanwhile_is_kept(tmp_path):
+    path = tmp_path / "fit.json"
+    write(path, "mine", force=False)
+    with pytest.raises(FileExistsError):
+        write(path, "another's", force=False)
+    assert path.read_text() == "mine"
+    write(path, "forced", force=True)
+    assert path.read_text() == "forced"
 
 
 @pytest.mark.parametrize(

@@ -197,6 +197,11 @@ def test_an_open_side_is_the_end_of_the_range_or_infinity():
     assert 0 < float(found.value("r")) < 1
 
 
+def test_a_parameter_that_was_not_fitted_has_no_value():
+    with pytest.raises(ValueError, match="`foo` was not fitted; omega_n, zeta, r, x0 were"):
+        swing().value("foo")
+
+
 def test_what_is_fixed_stays():
     found = swing()
     assert float(found.system.initial.velocity) == 0
@@ -220,6 +225,12 @@ def test_the_estimate_prints_what_it_found():
     [
         ({"fixed": ("x9",)}, "no parameter `x9`; there are mass, x0"),
         ({"free": ("r",)}, "no parameter `r`"),
+        ({"fixed": "mass"}, "`fixed` must be a list of names"),
+        ({"fixed": ("mass",), "free": ("mass",)}, "`mass` is in both `fixed` and `free`"),
+        ({"free": ("x0",), "ties": {"x0": lambda at: at["mass"]}}, "in both `free` and `ties`"),
+        ({"ties": {"x0": lambda at: at["x0"]}}, "tie of `x0` asks for 'x0', which is no parameter"),
+        ({"ties": {"x0": lambda at: at["foo"]}}, "asks for 'foo', which is no parameter"),
+        ({"ties": {"x0": lambda at: jnp.ones(2)}}, "gives shape .2,., not one number"),
         ({"free": ("gain", "offset", "mass", "t0")}, "4 observations, too few for 6 parameters"),
     ],
 )
@@ -248,6 +259,34 @@ def test_a_launch_from_the_stop_is_bounded_on_both_sides():
     assert found.verdict("x_dot0") == ij.Verdict.IDENTIFIED
     low, high = (float(ends[found.names.index("x_dot0")]) for ends in (found.low, found.high))
     assert low < 1.5 < high < 1.51
+
+
+@pytest.mark.parametrize(
+    ("quantity", "words"),
+    [
+        (ij.Angle(), "A record of angle does not suit a FreeMass"),
+        (ij.ContactForce(), "no contact force"),
+    ],
+)
+def test_what_the_model_does_not_have_is_not_fitted(quantity, words):
+    recording = ij.Recording(jnp.arange(4.0), jnp.arange(4.0), quantity)
+    model = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5)))
+    with pytest.raises(ValueError, match=words):
+        ij.fit(model, recording, initial=ij.InitialState(1.0))
+
+
+def test_a_scale_that_may_be_nothing_has_no_bound_without_a_profile():
+    """Stiffness beyond what the samples resolve: the small-error interval would end above only."""
+    found = ij.fit(
+        ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.KelvinVoigt(4e4, 0.05))),
+        ij.ImpactTimes(0.1 + 2 * 1.5 / 9.80665 * (1 - 0.8 ** np.arange(9)) / 0.2),
+        initial=ij.InitialState(0.0, 1.5),
+        simulation=ij.Simulation(max_steps=128, max_impacts=16),
+    )
+    place = found.names.index("omega0")
+    if float(found.standard_error("omega0")) > float(found.value("omega0")):
+        assert found.verdict("omega0") is ij.Verdict.NOT_IDENTIFIED
+        assert (float(found.low[place]), float(found.high[place])) == (0, math.inf)
 
 
 def test_nothing_left_to_fit_is_refused():

@@ -82,6 +82,41 @@ def test_noise_of_known_size():
     np.testing.assert_allclose(profile.low, found.low, rtol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ij.Sensor(gain=0.0), "`gain` must not be zero"),
+        (lambda: ij.Sensor(gain=math.nan), "`gain` must be finite"),
+        (lambda: ij.Sensor(sigma=-1e-4), "`sigma` must be finite and greater than 0"),
+        (lambda: ij.Sensor(sigma=0.0), "`sigma` must be"),
+        (lambda: ij.Sensor(quantisation=math.nan), "`quantisation` must be"),
+        (lambda: ij.Butterworth(0.0), "`cutoff` must be finite and greater than 0"),
+        (
+            lambda: ij.ImpulseResponse(np.array([]), 0.1),
+            "`response` must be a list of at least two",
+        ),
+        (lambda: ij.ImpulseResponse(np.array([[1.0, 2.0]]), 0.1), "`response` must be a list"),
+        (lambda: ij.ImpulseResponse(np.array([1.0, math.nan]), 0.1), "`response` must be finite"),
+        (lambda: ij.ImpulseResponse(np.array([1.0, 0.0]), -0.1), "`interval` must be"),
+        (lambda: ij.SoftL1(0.0), "`scale` must be"),
+        (lambda: ij.StudentT(0.1, -1.0), "`freedom` must be"),
+        (lambda: ij.Normal(math.nan, 1.0), "`mean` must be finite"),
+        (lambda: ij.Normal(1.0, -1.0), "`sigma` must be"),
+        (lambda: ij.LevenbergMarquardt(max_iterations=0), "`max_iterations` must be at least 1"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
+
+
+@pytest.mark.parametrize(("sigma", "said"), [(0.01, True), (0.05, False)])
+def test_a_residual_beyond_the_noise_is_said(sigma, said):
+    found = fit_line(line()[0], sensor=ij.Sensor(sigma=sigma))
+    sentences_said = " ".join(sentences([ij.Fitted("none", False, found, 0.0)]))
+    assert ("times the noise that the sensor is said to have" in sentences_said) == said
+
+
 @pytest.mark.parametrize(("step", "said"), [(0.02, True), (0.002, False)])
 def test_a_residual_of_nothing_but_steps_is_said(step, said):
     """A straight line, rounded; in the other case with noise of 0.05 m as well."""

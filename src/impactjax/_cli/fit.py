@@ -1,6 +1,7 @@
 """`impactjax fit`."""
 
 import json
+import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -51,7 +52,9 @@ def fit_command(
         Path | None,
         typer.Option("--sidecar", metavar="FILE", help="TOML file to use instead of NAME.toml."),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the scattered starts.")] = 0,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help="Of scattered starts.")
+    ] = 0,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files in DIR.")] = False,
 ) -> None:
     """Fit contact laws to a recording, with 95 % intervals and verdicts.
@@ -69,7 +72,8 @@ def fit_command(
     """  # noqa: D301  Click knows the backspace as "do not wrap"
     try:
         check_names(laws or [], system)
-        tasks = [task_of(read_recording(path, sidecar), system, laws) for path in recordings]
+        once = dict.fromkeys(recordings)
+        tasks = [task_of(read_recording(path, sidecar), system, laws) for path in once]
         targets = _targets(out, force)
         fits = _fitted(tasks, seed)
     except (FileError, Refusal) as error:
@@ -83,10 +87,11 @@ def fit_command(
         json_path, page_path = targets
         command = shlex.join(["impactjax", *sys.argv[1:]])
         try:
-            json_path.write_text(
-                json.dumps(document(fits, seed, notes), indent=2) + "\n", encoding="utf-8"
-            )
-            page_path.write_text(page(fits, command, seed, notes), encoding="utf-8")
+            write(json_path, json.dumps(document(fits, seed, notes), indent=2) + "\n", force)
+            write(page_path, page(fits, command, seed, notes), force)
+        except FileExistsError as error:
+            typer.echo(f"impactjax: {error.filename} exists by now; use another --out.", err=True)
+            raise typer.Exit(2) from error
         except OSError as error:
             typer.echo(f"impactjax: {out} cannot be written to ({error.strerror}).", err=True)
             raise typer.Exit(2) from error
@@ -99,13 +104,21 @@ def _targets(out: Path | None, force: bool) -> tuple[Path, Path] | None:
         return None
     targets = out / "fit.json", out / "report.html"
     for target in targets:
-        if target.exists() and not force:
+        if os.path.lexists(target) and not force:
             raise Refusal(f"{target} exists; use --force to overwrite it, or another --out.")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise Refusal(f"{out} cannot be a folder ({error.strerror}); choose another.") from error
+    if not os.access(out, os.W_OK):
+        raise Refusal(f"{out} cannot be written to; choose another.")
     return targets
+
+
+def write(path: Path, text: str, force: bool) -> None:
+    """Nothing is overwritten that came to be while the fits ran."""
+    with path.open("w" if force else "x", encoding="utf-8") as file:
+        file.write(text)
 
 
 def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:

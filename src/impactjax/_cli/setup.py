@@ -76,7 +76,11 @@ def _setup(file: File, system: str | None, laws: Sequence[str] | None) -> Setup:
     if named not in OSCILLATORS:
         raise _in_sidecar(file, "oscillator", f"unknown oscillator `{named}`", list(OSCILLATORS))
     _check_quantity(file, named)
-    sensor = _sensor(sidecar.sensor)
+    try:
+        sensor = _sensor(sidecar.sensor)
+    except ValueError as error:
+        problem = str(error).removesuffix(".")
+        raise FileError(_sidecar(file), None, problem, "correct it") from error
     _check_values(file, named, sensor, laws)
     asked = "dry_friction" in {*sidecar.fixed, *sidecar.fit.free}
     dry_friction = True if asked else sidecar.system.dry_friction

@@ -14,6 +14,7 @@ from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.taylor_step import TaylorStep
 
+_TOLERANCE = 1e-8  # what `simulate` takes in double precision
 _FADED = 1e-3  # speed, relative to the fastest, below which impacts are summed
 _MARGIN = 1.5  # for parameters that differ from the first estimates
 _TURN_STEPS = 8  # of a swing from one side to the other
@@ -27,7 +28,7 @@ def effort(recording: AnyRecording, seen: FirstEstimates, model: ImpactOscillato
     """
     swings = _swings(recording, seen)
     impacts = 0.0 if model.lower is None else swings + seen.speeds.size + _chatter(seen, model)
-    step = natural_step(model, Simulation().tolerance)
+    step = natural_step(model, _TOLERANCE)
     dearer = 1 if isinstance(step, TaylorStep) else _DEARER
     steps = _MARGIN * dearer * (_TURN_STEPS * swings + _IMPACT_STEPS * impacts) + CHUNK
     return Simulation(max_steps=_power(steps), max_impacts=_power(_MARGIN * impacts + 8))

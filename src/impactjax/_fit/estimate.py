@@ -85,11 +85,16 @@ class Estimate(eqx.Module, Generic[P]):
 
     def value(self, name: str) -> Scalar:
         """The value of a fitted parameter by name."""
-        return self.values[..., self.names.index(name)]
+        return self.values[..., self._place(name)]
 
     def standard_error(self, name: str) -> Scalar:
         """The standard error of a fitted parameter by name."""
-        return self.standard_errors[..., self.names.index(name)]
+        return self.standard_errors[..., self._place(name)]
+
+    def _place(self, name: str) -> int:
+        if name not in self.names:
+            raise ValueError(f"`{name}` was not fitted; {', '.join(self.names)} were.")
+        return self.names.index(name)
 
     def verdict(self, name: str) -> Verdict:
         """What the recording tells about a parameter of a single fit."""

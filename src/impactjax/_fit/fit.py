@@ -16,9 +16,11 @@ from impactjax._fit.search import Lanes, Search, best_of, search
 from impactjax._fit.starts import Starts
 from impactjax._fit.summary import summarise
 from impactjax._fit.system import Start, System, handles
+from impactjax._measure.quantity import ContactForce
 from impactjax._measure.recording import AnyRecording, ImpactTimes
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.law import AbstractForceLaw
 from impactjax._simulate.simulate import InitialState
 
 
@@ -92,9 +94,8 @@ def pose(experiment: Experiment) -> Problem:
     sensor = Sensor() if experiment.sensor is None else experiment.sensor
     system = System(experiment.model, experiment.initial, Start(first), sensor, unit)
     known = handles(system)
-    for name in (*fixed, *experiment.free, *ties):
-        if name not in known:
-            raise ValueError(f"There is no parameter `{name}`; there are {', '.join(known)}.")
+    _check_observable(experiment)
+    _check_requests(experiment, system)
     usual = {name for name, handle in known.items() if not handle.allowed.known}
     if isinstance(recording, ImpactTimes):
         usual = (usual | {"t0"}) - {"x0", "theta0"}
@@ -116,3 +117,44 @@ def pose(experiment: Experiment) -> Problem:
         noise=experiment.noise,
         ties=tuple(ties.items()),
     )
+
+
+def _check_observable(experiment: Experiment) -> None:
+    """That the oscillator and its stops have what was recorded."""
+    if isinstance(experiment.recording, ImpactTimes):
+        return
+    quantity, model = experiment.recording.quantity, experiment.model
+    if quantity.of_angle not in (None, model.oscillator.is_angle()):
+        raise ValueError(
+            f"A record of {quantity.name} does not suit a {type(model.oscillator).__name__}."
+        )
+    laws = [stop.law for stop in (model.lower, model.upper) if stop is not None]
+    if isinstance(quantity, ContactForce) and not any(
+        isinstance(law, AbstractForceLaw) for law in laws
+    ):
+        raise ValueError("No stop of the model has a force law, so there is no contact force.")
+
+
+def _check_requests(experiment: Experiment, system: System) -> None:
+    """That all names are known, each asked for once, and that ties can be worked out."""
+    known = handles(system)
+    asked = {"fixed": experiment.fixed, "free": experiment.free, "ties": tuple(experiment.ties)}
+    seen: dict[str, str] = {}
+    for argument, names in asked.items():
+        if isinstance(names, str):
+            raise ValueError(f"Argument `{argument}` must be a list of names: ['{names}'].")
+        for name in names:
+            if name not in known:
+                raise ValueError(f"There is no parameter `{name}`; there are {', '.join(known)}.")
+            if seen.setdefault(name, argument) != argument:
+                raise ValueError(f"`{name}` is in both `{seen[name]}` and `{argument}`.")
+    at = {name: handle.get(system) for name, handle in known.items() if name not in experiment.ties}
+    for name, tie in experiment.ties.items():
+        try:
+            value = jnp.asarray(tie(at))
+        except KeyError as error:
+            raise ValueError(
+                f"The tie of `{name}` asks for {error}, which is no parameter or tied itself."
+            ) from error
+        if value.shape != known[name].get(system).shape:
+            raise ValueError(f"The tie of `{name}` gives shape {value.shape}, not one number.")

@@ -6,7 +6,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Array, Bool, Float, Int, Key
 
 from impactjax._fit.levenberg_marquardt import Matrix, Vector
@@ -15,7 +14,7 @@ from impactjax._fit.noise import AbstractNoise, Jacobian, Scores
 from impactjax._fit.problem import AbstractProblem, Answer, Assumed, Problem
 from impactjax._fit.system import Handle
 from impactjax._measure.recording import Valid
-from impactjax._model.parameter import as_parameter
+from impactjax._model.parameter import Requirement, as_parameter, is_positive, raise_if_violated
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Scalar
 
@@ -32,8 +31,8 @@ class Normal(eqx.Module):
     sigma: Float[Array, "..."] = eqx.field(converter=as_parameter)
 
     def __check_init__(self) -> None:
-        if not isinstance(self.sigma, Tracer) and not np.all(self.sigma > 0):
-            raise ValueError(f"Argument `sigma` must be greater than 0, but it is {self.sigma}.")
+        mean = Requirement(jnp.isfinite(self.mean), "Argument `mean` must be finite")
+        raise_if_violated(self, [mean, is_positive("sigma", self.sigma)])
 
 
 class JointProblem(AbstractProblem):

@@ -35,6 +35,10 @@ class LevenbergMarquardt(eqx.Module):
     horizons: tuple[float, ...] = eqx.field(default=(0.25, 0.5, 1.0), static=True)
 
     def __check_init__(self) -> None:
+        if self.max_iterations < 1:
+            raise ValueError(
+                f"Argument `max_iterations` must be at least 1, but it is {self.max_iterations}."
+            )
         rising = all(a < b for a, b in itertools.pairwise((0.0, *self.horizons)))
         if not (rising and self.horizons and self.horizons[-1] == 1):
             raise ValueError(

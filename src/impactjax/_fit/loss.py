@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from impactjax._model.parameter import as_parameter
+from impactjax._model.parameter import as_parameter, is_positive, raise_if_violated
 
 Residuals = Float[Array, "..."]
 
@@ -51,6 +51,9 @@ class SoftL1(AbstractLoss):
 
     scale: Float[Array, "..."] = eqx.field(converter=as_parameter)
 
+    def __check_init__(self) -> None:
+        raise_if_violated(self, [is_positive("scale", self.scale)])
+
     def cost(self, residuals: Residuals) -> Residuals:
         return self.scale**2 * (jnp.sqrt(1 + (residuals / self.scale) ** 2) - 1)
 
@@ -64,6 +67,9 @@ class Cauchy(AbstractLoss):
     """
 
     scale: Float[Array, "..."] = eqx.field(converter=as_parameter)
+
+    def __check_init__(self) -> None:
+        raise_if_violated(self, [is_positive("scale", self.scale)])
 
     def cost(self, residuals: Residuals) -> Residuals:
         return self.scale**2 / 2 * jnp.log1p((residuals / self.scale) ** 2)
@@ -81,6 +87,11 @@ class StudentT(AbstractLoss):
 
     scale: Float[Array, "..."] = eqx.field(converter=as_parameter)
     freedom: Float[Array, "..."] = eqx.field(converter=as_parameter, default=4.0)
+
+    def __check_init__(self) -> None:
+        raise_if_violated(
+            self, [is_positive("scale", self.scale), is_positive("freedom", self.freedom)]
+        )
 
     def cost(self, residuals: Residuals) -> Residuals:
         z = (residuals / self.scale) ** 2

@@ -35,7 +35,7 @@ class Answer(NamedTuple):
 class Simulation(eqx.Module):
     """How a fit simulates; see `simulate`."""
 
-    tolerance: float = eqx.field(default=1e-8, static=True)
+    tolerance: float | None = eqx.field(default=None, static=True)
     max_steps: int = eqx.field(default=512, static=True)
     max_impacts: int = eqx.field(default=64, static=True)
     step: AbstractStep | None = None
@@ -203,8 +203,11 @@ class Problem(AbstractProblem):
         system = replaced(self.system, self.names, [values[..., i] for i in range(len(self.names))])
         if not self.ties:
             return system
-        at = {name: handle.get(system) for name, handle in handles(system).items()}
-        return replaced(system, [name for name, _ in self.ties], [tie(at) for _, tie in self.ties])
+        tied = [name for name, _ in self.ties]
+        at = {
+            name: handle.get(system) for name, handle in handles(system).items() if name not in tied
+        }
+        return replaced(system, tied, [tie(at) for _, tie in self.ties])
 
     def simulated(self, system: System) -> Answer:
         """What a simulation of a system says about the recording."""
@@ -245,7 +248,7 @@ def _of_impact_times(system: System, recording: ImpactTimes, simulation: Simulat
     trajectory = simulate(
         system.model,
         system.initial,
-        (2 * times[-1] - times[0])[None],
+        (2 * recording.last - times[0])[None],
         t0=system.start.t0,
         step=simulation.step,
         tolerance=simulation.tolerance,

@@ -43,6 +43,9 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     lowest = jnp.array([places[name].allowed.low for name in problem.names], values.dtype)
     highest = jnp.array([places[name].allowed.high for name in problem.names], values.dtype)
     low, high = jnp.maximum(values - half_width, lowest), jnp.minimum(values + half_width, highest)
+    scale = jnp.array([places[name].allowed.excludes_low for name in problem.names])
+    # The error of a scale that may be next to nothing says as little of how large it may be.
+    high = jnp.where(scale & (low <= lowest), highest, high)
     size = squares / n if known is None else known
     simulated = jnp.isfinite(squares)
     likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2 - problem.log_units
@@ -65,7 +68,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         rms=jnp.where(simulated, jnp.sqrt(jnp.sum(residuals**2) / n), jnp.inf),
         aic=2 * found - 2 * likelihood,
         bic=jnp.log(n) * found - 2 * likelihood,
-        converged=minimum.converged,
+        converged=minimum.converged & (count > p),
         iterations=minimum.iterations,
         start_costs=start_costs,
     )

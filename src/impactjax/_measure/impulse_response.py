@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from impactjax._measure.low_pass import AbstractLowPass
-from impactjax._model.parameter import as_parameter
+from impactjax._model.parameter import Requirement, as_parameter, is_positive, raise_if_violated
 from impactjax._types import Samples
 
 
@@ -22,6 +22,15 @@ class ImpulseResponse(AbstractLowPass):
 
     response: Float[Array, " taps"] = eqx.field(converter=as_parameter)
     interval: Float[Array, ""] = eqx.field(converter=as_parameter)
+
+    def __check_init__(self) -> None:
+        if self.response.ndim != 1 or self.response.shape[0] < 2:
+            raise ValueError(
+                "Argument `response` must be a list of at least two numbers, but its shape is "
+                f"{self.response.shape}."
+            )
+        finite = Requirement(jnp.isfinite(self.response), "Argument `response` must be finite")
+        raise_if_violated(self, [finite, is_positive("interval", self.interval)])
 
     def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
         taps = self.response.shape[0]

@@ -9,7 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._model.parameter import (
+    as_parameter,
+    parameter,
+    raise_if_violated,
+    range_requirements,
+)
 from impactjax._types import AngularFrequency, Samples
 
 _TERMS = 14  # of a series with terms below 6 / (j + 4)!
@@ -46,6 +51,7 @@ class Butterworth(AbstractLowPass):
     def __check_init__(self) -> None:
         if not 1 <= self.order <= 12:
             raise ValueError(f"Argument `order` must be from 1 to 12, but it is {self.order}.")
+        raise_if_violated(self, range_requirements(self))
 
     def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
         total = jnp.zeros_like(values)

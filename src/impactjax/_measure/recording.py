@@ -2,9 +2,12 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from impactjax._measure.quantity import AbstractQuantity
+from impactjax._model.parameter import as_parameter
 from impactjax._types import Samples
 
 Valid = Bool[Array, " observations"]
@@ -21,7 +24,11 @@ class Recording(eqx.Module):
     - `values`: in the quantity's SI unit.
     - `quantity`: what was observed.
     - `valid`: which samples count; all if left out. The others (empty, clipped) keep their place in
-      time, so that a sensor's low-pass stays right, but a fit leaves them out.
+      time, so that a sensor's low-pass stays right, but a fit leaves them out. What is not finite
+      does not count.
+
+    **Raises** `ValueError` for lists that are empty or not of one length, and for times that do not
+    increase.
     """
 
     ts: Samples
@@ -31,15 +38,18 @@ class Recording(eqx.Module):
 
     def __init__(
         self,
-        ts: Samples,
-        values: Samples,
+        ts: ArrayLike,
+        values: ArrayLike,
         quantity: AbstractQuantity,
-        valid: Valid | None = None,
+        valid: ArrayLike | None = None,
     ) -> None:
-        self.ts = ts
-        self.values = values
+        self.ts = as_parameter(ts)
+        self.values = as_parameter(values)
         self.quantity = quantity
-        self.valid = jnp.ones(values.shape, bool) if valid is None else valid
+        _check_list("ts", self.ts, self.ts.shape)
+        _check_list("values", self.values, self.ts.shape)
+        _check_increasing("ts", self.ts)
+        self.valid = jnp.isfinite(self.values) & _as_mask(valid, self.ts.shape)
 
     def between(self, begin: float, end: float) -> "Recording":
         """The samples from one time to another [s]."""
@@ -80,19 +90,33 @@ class ImpactTimes(eqx.Module):
 
     - `times`: strictly increasing [s].
     - `valid`: which of them count; all if left out. An impact that was missed has a row that does
-      not, so that those after it keep their number.
+      not, so that those after it keep their number; NaN does not count either. The first impact is
+      one whose time is known.
+
+    **Raises** `ValueError` for lists that are empty or not of one length, and for times that do not
+    increase.
     """
 
     times: Float[Array, " impacts"]
     valid: Valid
 
-    def __init__(self, times: Float[Array, " impacts"], valid: Valid | None = None) -> None:
-        self.times = times
-        self.valid = jnp.ones(times.shape, bool) if valid is None else valid
+    def __init__(self, times: ArrayLike, valid: ArrayLike | None = None) -> None:
+        self.times = as_parameter(times)
+        _check_list("times", self.times, self.times.shape)
+        self.valid = jnp.isfinite(self.times) & _as_mask(valid, self.times.shape)
+        if not isinstance(self.times, Tracer):
+            if not jnp.isfinite(self.times[0]):
+                raise ValueError("The first of the impact times has to be known: begin with it.")
+            _check_increasing("times", self.times[jnp.isfinite(self.times)])
+
+    @property
+    def last(self) -> Float[Array, ""]:
+        """The latest time that is known [s]."""
+        return jnp.nanmax(self.times)
 
     def first(self, share: float) -> "ImpactTimes":
         """The impacts with only those in the first part of the time counted."""
-        end = self.times[0] + share * (self.times[-1] - self.times[0])
+        end = self.times[0] + share * (self.last - self.times[0])
         return ImpactTimes(self.times, self.valid & (self.times <= end))
 
     @property
@@ -102,3 +126,39 @@ class ImpactTimes(eqx.Module):
 
 
 AnyRecording = Recording | ImpactTimes
+
+
+def _check_list(name: str, values: Array, shape: tuple[int, ...]) -> None:
+    if values.ndim != 1 or values.size == 0:
+        raise ValueError(
+            f"Argument `{name}` must be a list of at least one number, but its shape is "
+            f"{values.shape}."
+        )
+    if values.shape != shape:
+        raise ValueError(
+            f"There are {values.shape[0]} `{name}` for {shape[0]} times; there must be as many."
+        )
+
+
+def _check_increasing(name: str, times: Array) -> None:
+    if isinstance(times, Tracer):
+        return
+    wrong = ~(np.diff(np.asarray(times)) > 0)
+    if wrong.any():
+        where = int(np.argmax(wrong))
+        raise ValueError(
+            f"Argument `{name}` must increase strictly, but {times[where + 1]} follows "
+            f"{times[where]}."
+        )
+
+
+def _as_mask(valid: ArrayLike | None, shape: tuple[int, ...]) -> Valid:
+    if valid is None:
+        return jnp.ones(shape, bool)
+    mask = jnp.asarray(valid)
+    if mask.dtype != bool or mask.shape != shape:
+        raise ValueError(
+            f"Argument `valid` must be true or false for each of {shape[0]} observations, but it "
+            f"is {mask.dtype} of shape {mask.shape}."
+        )
+    return mask

@@ -7,7 +7,15 @@ from jaxtyping import Array, Float
 from impactjax._measure.low_pass import AbstractLowPass
 from impactjax._measure.quantity import AbstractQuantity
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
+from impactjax._model.parameter import (
+    Requirement,
+    as_optional_parameter,
+    as_parameter,
+    is_positive,
+    parameter,
+    raise_if_violated,
+    range_requirements,
+)
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Ratio, Samples, Time
 
@@ -24,6 +32,8 @@ class Sensor(eqx.Module):
     - `low_pass`: the anti-aliasing filter, if any.
     - `sigma`: size of the noise, in units of the quantity; found with the fit if `None`.
     - `quantisation`: step of the recorded values, in units of the quantity; none if `None`.
+
+    **Raises** `ValueError` for what is not finite, a gain of zero, and sizes that are not positive.
     """
 
     gain: Ratio = eqx.field(
@@ -45,6 +55,16 @@ class Sensor(eqx.Module):
     quantisation: Float[Array, "..."] | None = eqx.field(
         converter=as_optional_parameter, default=None
     )
+
+    def __check_init__(self) -> None:
+        requirements = [
+            Requirement(self.gain != 0, "Argument `gain` must not be zero"),
+            *range_requirements(self),
+        ]
+        for name, size in (("sigma", self.sigma), ("quantisation", self.quantisation)):
+            if size is not None:
+                requirements.append(is_positive(name, size))
+        raise_if_violated(self, requirements)
 
     def shown(
         self, model: ImpactOscillator, trajectory: Trajectory, quantity: AbstractQuantity

@@ -64,6 +64,8 @@ def parameter(
 def as_parameter(value: ArrayLike) -> Float[Array, "..."]:
     """A number as a floating-point array, so that its value never causes a retrace."""
     array = jnp.asarray(value)
+    if jnp.issubdtype(array.dtype, jnp.complexfloating):
+        raise ValueError(f"A number must be real, but it is of type {array.dtype}.")
     if not jnp.issubdtype(array.dtype, jnp.inexact):
         array = array.astype(jnp.result_type(float))
     return array
@@ -98,6 +100,13 @@ def range_requirements(part: eqx.Module) -> list[Requirement]:
         )
         for name, allowed in ranges(part).items()
     ]
+
+
+def is_positive(name: str, value: Float[Array, "..."]) -> Requirement:
+    """That an argument is a finite number greater than zero."""
+    return Requirement(
+        jnp.isfinite(value) & (value > 0), f"Argument `{name}` must be finite and greater than 0"
+    )
 
 
 def raise_if_violated(owner: eqx.Module, requirements: list[Requirement]) -> None:

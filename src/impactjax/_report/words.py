@@ -34,6 +34,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     if not all(each.determined for each in findings(told)):
         found.append(coupling(told))
     found += _at_the_floor(best.estimate, unit, factor)
+    found += _beyond_the_noise(best.estimate)
     residuals = residuality(best.estimate)
     if not bool(residuals.independent):
         found.append(_independence(best.estimate, residuals))
@@ -94,6 +95,18 @@ def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:
     return [
         f"The residual is what quantisation alone leaves ({floor * factor:.3g} {unit}): a better "
         "law could not be told, a finer instrument might."
+    ]
+
+
+def _beyond_the_noise(estimate: Estimate) -> list[str]:
+    """What there is to say if the residuals are too large for noise of the size that is known."""
+    known = estimate.problem.variance()
+    times = 1.0 if known is None else float(estimate.rms / known**0.5)
+    if times < _LARGE:
+        return []
+    return [
+        f"The residual is {times:.3g} times the noise that the sensor is said to have: `sigma` or "
+        "the law is wrong, and errors and intervals with it."
     ]
 
 

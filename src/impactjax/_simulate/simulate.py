@@ -178,7 +178,7 @@ def _check_tolerance(tolerance: ArrayLike, dtype: np.dtype) -> None:
     floor = 10 * float(jnp.finfo(dtype).eps)
     if not np.all(np.asarray(tolerance) >= floor):
         raise ValueError(
-            f"Argument `tolerance` must be at least {floor:.0e} in {jnp.dtype(dtype).name}, but it "
+            f"Argument `tolerance` must be at least {floor:.2e} in {jnp.dtype(dtype).name}, but it "
             f"is {tolerance}. Double precision (`jax_enable_x64`) gives more."
         )
 
