@@ -171,5 +171,5 @@ def test_wrong_names_are_refused(wrong, sentence):
 def test_nothing_to_fit_and_impossible_knowledge_are_refused():
     with pytest.raises(ValueError, match="no experiment"):
         ij.fit_together([])
-    with pytest.raises(ValueError, match="`sigma` must be greater than 0"):
+    with pytest.raises(ValueError, match="`sigma` must be finite and greater than 0"):
         ij.Normal(0.0, 0.0)
