@@ -32,6 +32,7 @@ NOISE = np.radians(0.2)
 LENGTH, MASS = 0.071, 0.020
 SAME = 1.01  # costs within this factor are the same optimum
 TOGETHER = 50
+MANY = 1024  # steps, where they are by Runge and Kutta
 
 Law = ij.AbstractImpactLaw | ij.AbstractForceLaw
 
@@ -43,6 +44,7 @@ class Case(NamedTuple):
     names: tuple[str, ...]
     low: tuple[float, ...]
     high: tuple[float, ...]
+    steps: int = 256
 
 
 CASES = {
@@ -57,7 +59,11 @@ CASES = {
         (900.0, 0.8, 0.3),
     ),
     "maxwell": Case(ij.Maxwell, ("omega0", "gamma"), (300.0, 0.08), (900.0, 0.25)),
-    "walton": Case(ij.Walton, ("k", "c"), (3e3, 3e3), (2e4, 2e4)),
+    "walton": Case(ij.Walton, ("k", "c"), (3e3, 3e3), (2e4, 2e4), MANY),
+    "hertz": Case(ij.Hertz, ("k",), (5e4,), (5e5,), MANY),
+    "simon": Case(ij.Simon, ("k", "c"), (5e4, 0.6), (5e5, 2.4), MANY),
+    "hunt-crossley": Case(ij.HuntCrossley, ("k", "c"), (5e4, 0.6), (5e5, 2.4), MANY),
+    "hertz-dashpot": Case(ij.HertzDashpot, ("k", "c"), (5e4, 1.5), (5e5, 5.0), MANY),
 }
 COMMON_LOW = np.array([12.0, 0.001, 0.6])
 COMMON_HIGH = np.array([15.0, 0.004, 0.9])
@@ -70,13 +76,14 @@ def model(case: Case, p: Array) -> ij.ImpactOscillator:
 
 
 SENSOR = ij.Sensor(low_pass=ij.Butterworth(50.0))
-SIMULATION = ij.Simulation(max_steps=256, max_impacts=32)
 
 
 def recorded(case: Case, p: Array, noise: Array) -> ij.Recording:
     """What the sensor shows, with noise."""
     ts = jnp.asarray(TIMES)
-    run = ij.simulate(model(case, p), ij.InitialState(p[2]), ts, tolerance=1e-10, max_steps=256)
+    run = ij.simulate(
+        model(case, p), ij.InitialState(p[2]), ts, tolerance=1e-10, max_steps=2 * case.steps
+    )
     shown = SENSOR.shown(model(case, p), run, ij.Angle())
     return ij.Recording(ts, shown + noise, ij.Angle())
 
@@ -88,7 +95,7 @@ def fitted(case: Case, recording: ij.Recording, start: Array) -> ij.Estimate:
         initial=ij.InitialState(start[2]),
         sensor=SENSOR,
         fixed=("theta_dot0",),
-        simulation=SIMULATION,
+        simulation=ij.Simulation(max_steps=case.steps, max_impacts=32),
     )
 
 

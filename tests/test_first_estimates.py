@@ -56,6 +56,43 @@ def test_impacting_pendulum(r, noise):
     assert found.speeds[0] == pytest.approx(0.07 * run.approach[0], rel=0.05)
 
 
+def with_gap(gap, r, omega=25.0):
+    """A spring-mass system whose stop is at −gap, from 30 mm, by SciPy."""
+
+    def flow(t, y):
+        return np.array([y[1], -(omega**2) * (y[0] - gap)])
+
+    run = simulate_rigid(flow, [0.03 + gap, 0.0], TS[:1401], lambda speed: r)
+    return run, run.position - gap
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+@pytest.mark.parametrize(("gap", "r"), [(0.0, 0.65), (0.004, 0.65), (0.008, 0.65), (-0.001, 0.9)])
+def test_a_stop_beside_the_equilibrium(gap, r, noise):
+    """Flights take longer or shorter, and turns that do not reach the stop are no impacts."""
+    run, position = with_gap(gap, r)
+    values = position + noise * NOISE[:1401]
+    recording = ij.Recording(jnp.asarray(TS[:1401]), jnp.asarray(values), ij.Displacement())
+    found = first_estimates(recording, ij.LinearOscillator(1.0), gap)
+    assert not found.swings_freely
+    assert found.elsewhere is None
+    assert isinstance(found.oscillator, ij.LinearOscillator)
+    assert float(found.oscillator.omega_n) == pytest.approx(25.0, rel=0.02)
+    assert found.restitution == pytest.approx(r, abs=0.05)
+    assert found.speeds[0] == pytest.approx(run.approach[0], rel=0.05)
+    assert found.marks.size <= run.approach.size
+    np.testing.assert_allclose(found.marks, run.impact_times[: found.marks.size], atol=1e-2)
+
+
+@pytest.mark.parametrize(("gap", "r"), [(0.004, 0.65), (0.008, 0.65), (-0.004, 0.9)])
+def test_a_stop_that_is_not_where_it_is_said_to_be(gap, r):
+    _, position = with_gap(gap, r)
+    found = seen(
+        position + 1e-4 * NOISE[:1401], ij.Displacement(), ij.LinearOscillator(1.0), TS[:1401]
+    )
+    assert found.elsewhere == pytest.approx(-gap, abs=4e-4)
+
+
 def test_impact_times():
     r, speed, gravity = 0.8, 1.5, 9.80665
     times = 2 * speed / gravity * (1 - r ** np.arange(9)) / (1 - r)

@@ -91,3 +91,11 @@ def test_nothing_that_counts_is_not_a_fit():
 
     assert bool(converged(jnp.ones(4, bool)))
     assert not bool(converged(jnp.zeros(4, bool)))
+
+
+def test_the_whole_record_is_all_of_it():
+    """To the last observation, however its time is rounded."""
+    times = np.cumsum(np.random.default_rng(0).uniform(0.01, 1.0, (200, 25)), axis=1)
+    for each in jnp.asarray(times):
+        assert ij.ImpactTimes(each).first(1.0).valid.all()
+        assert ij.Recording(each, each, ij.Angle()).first(1.0).valid.all()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
+from impactjax._measure.spikes import spikes
 
 TIMES = np.array([0.0, 0.25, 0.5])
 DEGREE = math.pi / 180
@@ -86,6 +87,29 @@ def test_one_table_in_many_hands(tmp_path, text):
     found = sampled(tmp_path, text)
     np.testing.assert_array_equal(found.ts, TIMES)
     np.testing.assert_allclose(found.values, np.array([45, 44, 43]) * DEGREE, rtol=1e-15)
+
+
+def test_columns_of_other_quantities_are_left_out_and_said(tmp_path):
+    text = "time [s], pressure [kPa], angle [deg], note\n0, 101, 1, 0\n1, 102, 2, 0\n"
+    file = read(tmp_path, text)
+    assert isinstance(file.recording, ij.Recording)
+    np.testing.assert_allclose(file.recording.values, np.array([1, 2]) * DEGREE)
+    assert file.notes == ("Of the file, `pressure [kPa]`, `note` is not used.",)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+@pytest.mark.parametrize("r", [0.3, 0.9])
+def test_samples_that_jump_out_and_back(noise, r):
+    """Those, and no sample of an impact, a quantised record or a jump in level."""
+    t = np.arange(1500) / 500
+    fall = np.abs(np.cos(9 * t)) * r ** np.floor(9 * t / np.pi + 0.5)
+    values = fall + noise * np.random.default_rng(2).standard_normal(len(t))
+    assert not spikes(values).any()
+    assert not spikes(np.round(values / 0.05) * 0.05).any()
+    assert not spikes(values + (t > 1.7)).any()
+    wrong = np.array([0, 77, 300, 301, 900, 1499])
+    values[wrong] += np.array([1, -1, 1, 1, -1, 1]) * 0.7
+    np.testing.assert_array_equal(np.flatnonzero(spikes(values)), wrong)
 
 
 def test_sidecar_reads_a_file_without_times(tmp_path):

@@ -34,9 +34,15 @@ def bouncing(ts, y0):
     return simulate_rigid(flow, y0, ts, lambda speed: 0.6).position
 
 
-def found(ts, values, noise, oscillator=None):
+def found(
+    ts: np.ndarray,
+    values: np.ndarray,
+    noise: float,
+    oscillator: ij.AbstractOscillator | None = None,
+    quantity: ij.AbstractQuantity = ij.Angle(),
+) -> float | None:
     noisy = values + noise * np.random.default_rng(8).standard_normal(len(ts))
-    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(noisy), ij.Angle())
+    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(noisy), quantity)
     seen = first_estimates(recording, oscillator or ij.Pendulum(10.0, length=0.07))
     free = release(recording, seen)
     assert free is None or free[1] == pytest.approx(ts[-1])
@@ -95,6 +101,32 @@ def test_an_accelerometer_shows_fall_and_landing():
     falling = recording.between(2.0, 2.706)
     assert release(falling, first_estimates(falling, ij.BouncingBall())) is None
     assert falling.ts.shape == (142,)
+
+
+@pytest.mark.parametrize("held", [0.2, 0.4])
+def test_a_ball_is_let_go_without_long_flights_later(held):
+    """Its gravity is known, so that a hand shows without another flight to compare with."""
+    ts = np.arange(int(240 * (held + 0.8))) / 240
+    below = ts < held
+
+    def flow(t, y):
+        return np.array([y[1], -9.80665])
+
+    falls = simulate_rigid(flow, [0.3, 0.0], ts[~below] - held, lambda speed: 0.6).position
+    values = np.concatenate([np.full(np.count_nonzero(below), 0.3), falls])
+    time = found(ts, values, 1e-3, ij.BouncingBall(), ij.Displacement())
+    assert time is not None
+    assert held <= time < held + 0.12
+    assert found(ts[: len(falls)], falls, 1e-3, ij.BouncingBall(), ij.Displacement()) is None
+
+
+def test_a_gap_in_a_record_is_no_hand():
+    values = bouncing(TS[:1600], [0.8, 0.0])
+    valid = (TS[:1600] > 0.005) & (TS[:1600] < 0.06)
+    recording = ij.Recording(
+        jnp.asarray(TS[:1600]), jnp.asarray(values), ij.Angle(), jnp.asarray(~valid)
+    )
+    assert release(recording, first_estimates(recording, ij.Pendulum(10.0, length=0.07))) is None
 
 
 def test_impact_times_and_short_records_have_no_hand():

@@ -195,6 +195,11 @@ def test_a_flat_top_is_seen(step, sign):
     assert np.count_nonzero(found) > 0.95 * np.count_nonzero(WAVE > 0.81)
 
 
+def test_a_record_that_begins_clipped():
+    values = np.minimum(np.cos(np.linspace(0, 20, 2001)), 0.8)
+    np.testing.assert_array_equal(clipped(values, None), values == 0.8)
+
+
 @pytest.mark.parametrize("step", [1e-6, 1e-3, 1e-2, 5e-2, 0.2])
 @pytest.mark.parametrize("noise", [0.0, 5e-3])
 def test_the_steps_of_an_encoder_are_not_clipping(step, noise):

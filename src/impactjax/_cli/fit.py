@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.markup import escape
+from rich.measure import Measurement
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -149,8 +150,6 @@ def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
 
 def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:
     console = Console()
-    if not console.is_terminal:
-        console.width = _WIDTH
     unit, factor = shown_unit(fits[0].estimate.problem.recording)
     table = Table(title=escape(name), title_justify="left", title_style="bold")
     for heading in (
@@ -179,7 +178,12 @@ def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:
                 str(estimate.verdict(parameter)),
                 end_section=i == len(estimate.names) - 1,
             )
+    if not console.is_terminal:
+        endless = console.options.update(width=10 * _WIDTH)
+        console.width = max(_WIDTH, Measurement.get(console, endless, table).maximum)
     console.print(table)
+    if not console.is_terminal:
+        console.width = _WIDTH
     for sentence in (*notes, *sentences(fits)):
         console.print(f"- {sentence}", highlight=False, markup=False)
     console.print()

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import equinox as eqx
 import jax.numpy as jnp
 
 from impactjax._cli.typical import parameters
@@ -15,13 +16,17 @@ from impactjax._fit.release import release
 from impactjax._measure.file_error import FileError
 from impactjax._measure.impulse_response import ImpulseResponse
 from impactjax._measure.low_pass import Butterworth
-from impactjax._measure.quantity import ContactForce, ProperAcceleration
+from impactjax._measure.quantity import Angle, ContactForce, Displacement, ProperAcceleration
 from impactjax._measure.read_recording import File
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._measure.sensor import Sensor
 from impactjax._measure.sidecar import SensorTable, line_of
 from impactjax._measure.text import read_text
 from impactjax._model.parameter import ranges
+from impactjax._report.units import shown_unit
+
+_BEYOND = 0.25  # how far to the other side a record may go that lies on one
+_WHERE = ("gap", "offset", "gain")  # parameters that say where the stop is in a record
 
 
 class Task(NamedTuple):
@@ -40,22 +45,69 @@ class Task(NamedTuple):
 def task_of(file: File, system: str | None, laws: Sequence[str] | None) -> Task:
     """What the sidecar and the command line ask for. Raises `FileError`."""
     setup = _setup(file, system, laws)
-    recording, setup, notes = _released(file, setup)
-    return Task(file.path, recording, setup, _laws(file, recording, setup, laws), notes)
+    notes = list(file.notes)
+    recording = file.recording
+    if isinstance(recording, Recording) and isinstance(recording.quantity, Angle | Displacement):
+        if not _said(file) & {*_WHERE, "theta0", "x0"}:
+            recording = _turned(recording, setup, notes)
+        if not _said(file) & {*_WHERE}:
+            setup = _placed(recording, setup, notes)
+    recording, setup = _released(recording, setup, file.sidecar.read.window is not None, notes)
+    return Task(file.path, recording, setup, _laws(file, recording, setup, laws), tuple(notes))
 
 
-def _released(file: File, setup: Setup) -> tuple[AnyRecording, Setup, tuple[str, ...]]:
+def _said(file: File) -> set[str]:
+    """The parameters of which the sidecar says anything."""
+    sensor = file.sidecar.sensor
+    given = {"gain": sensor.gain, "offset": sensor.offset}
+    named = {*file.sidecar.start, *file.sidecar.fixed, *file.sidecar.fit.free}
+    return named | {name for name, value in given.items() if value is not None}
+
+
+def _turned(recording: Recording, setup: Setup, notes: list[str]) -> Recording:
+    """The recording, with its sign turned if it lies on the wrong side of the stop."""
+    values = recording.values[recording.valid]
+    turned = eqx.tree_at(lambda each: each.values, recording, -recording.values)
+    wrong = float(jnp.max(values)) < _BEYOND * abs(float(jnp.min(values)))
+    if not wrong or first_sight(turned, setup).swings_freely:
+        return recording
+    notes.append(
+        "The record lies on the far side of the stop, so its sign is turned: places count from the "
+        "stop towards the free side (`gain = 1` under [sensor] keeps the sign)."
+    )
+    return turned
+
+
+def _placed(recording: Recording, setup: Setup, notes: list[str]) -> Setup:
+    """Where the stop is, to be found if the record shows that it is not where it is taken to be."""
+    place = first_sight(recording, setup).elsewhere
+    if place is None:
+        return setup
+    unit, factor = shown_unit(recording)
+    if setup.oscillator in ("pendulum", "linear-oscillator"):
+        free, start, said = ("gap", "offset"), {"gap": -place}, "`gap` and `offset` are"
+    else:
+        free, start, said = ("offset",), {"offset": place}, "`offset` is"
+    notes.append(
+        f"The impacts seem to be at {place * factor:.3g} {unit}, not at 0: {said} fitted as well "
+        "(state `gap` under [fixed], or `offset` under [sensor], if it is known)."
+    )
+    return setup._replace(free=(*setup.free, *free), start={**setup.start, **start})
+
+
+def _released(
+    recording: AnyRecording, setup: Setup, chosen: bool, notes: list[str]
+) -> tuple[AnyRecording, Setup]:
     """The recording from where a hand lets go, unless the sidecar says which part to use.
 
     What an accelerometer shows to be dropped starts from rest, which nothing else in its record
     could tell.
     """
-    recording = file.recording
-    if file.sidecar.read.window is not None or not isinstance(recording, Recording):
-        return recording, setup, file.notes
+    if chosen or not isinstance(recording, Recording):
+        return recording, setup
     free = release(recording, first_sight(recording, setup))
     if free is None:
-        return recording, setup, file.notes
+        return recording, setup
     begin, end = free
     note = (
         f"A hand seems to hold or push at first: only {begin:.3f} to {end:.3f} s is fitted "
@@ -65,7 +117,8 @@ def _released(file: File, setup: Setup) -> tuple[AnyRecording, Setup, tuple[str,
     if dropped and "x_dot0" not in {*setup.start, *setup.fixed, *setup.free}:
         setup = setup._replace(fixed={**setup.fixed, "x_dot0": 0.0})
         note = f"{note} It is taken to fall from rest."
-    return recording.between(begin, end), setup, (*file.notes, note)
+    notes.append(note)
+    return recording.between(begin, end), setup
 
 
 def _setup(file: File, system: str | None, laws: Sequence[str] | None) -> Setup:
@@ -93,7 +146,8 @@ def _sensor(own: SensorTable) -> Sensor:
         low_pass = Butterworth(own.cutoff, order=own.order)
     if own.impulse_response is not None and own.interval is not None:
         low_pass = ImpulseResponse(jnp.asarray(own.impulse_response), own.interval)
-    return Sensor(own.gain, own.offset, own.delay, own.drift, low_pass, own.sigma, own.quantisation)
+    gain, offset = 1.0 if own.gain is None else own.gain, own.offset or 0.0
+    return Sensor(gain, offset, own.delay, own.drift, low_pass, own.sigma, own.quantisation)
 
 
 def _usual_oscillator(file: File) -> str:

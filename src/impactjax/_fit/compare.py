@@ -4,7 +4,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
+import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 
 from impactjax._fit.effort import effort
 from impactjax._fit.estimate import Estimate
@@ -19,11 +21,14 @@ from impactjax._fit.profile import profiled
 from impactjax._fit.search import Search, search
 from impactjax._fit.starts import Starts
 from impactjax._fit.system import handles, replaced
-from impactjax._measure.recording import AnyRecording, ImpactTimes
+from impactjax._fit.verdict import Verdict
+from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.stop import Stop
 from impactjax._types import Scalar
+
+_UNEXPLAINED, _SMOOTH = 0.05, 0.8  # share of the motion, and autocorrelation, of a wrong model
 
 
 class Setup(NamedTuple):
@@ -58,13 +63,19 @@ def laws_for(recording: AnyRecording, setup: Setup) -> list[str]:
     """The usual laws, to try where none was asked for; no law at all if the motion is free."""
     if isinstance(recording, ImpactTimes):
         return list(USUAL_LAWS)
-    return [NO_LAW] if first_sight(recording, setup).swings_freely else list(USUAL_LAWS)
+    seen = first_sight(recording, setup)
+    return [NO_LAW] if seen.swings_freely and seen.elsewhere is None else list(USUAL_LAWS)
 
 
 def first_sight(recording: AnyRecording, setup: Setup, dry: bool = False) -> FirstEstimates:
     """What the recording shows before any fit, given what is known."""
     oscillator = OSCILLATORS[setup.oscillator](setup.fixed, dry)
-    return first_estimates(recording, oscillator, setup.fixed.get("gap", 0.0))
+    given = {**setup.start, **setup.fixed}
+    if isinstance(recording, Recording) and setup.sensor is not None:
+        offset = given.get("offset", setup.sensor.offset)
+        values = (recording.values - offset) / given.get("gain", setup.sensor.gain)
+        recording = eqx.tree_at(lambda each: each.values, recording, values)
+    return first_estimates(recording, oscillator, given.get("gap", 0.0))
 
 
 def compare(
@@ -97,9 +108,31 @@ def compare(
             starts = Starts(16, seed)
             optimiser = LevenbergMarquardt()
             estimate = solve(problem, starts, optimiser, search)
-            estimate = profiled(estimate, optimiser, starts.count, search)
+            if bool(estimate.converged):
+                estimate = profiled(estimate, optimiser, starts.count, search)
+            if misfit(estimate) > 0:
+                nothing = jnp.full_like(estimate.verdicts, Verdict.NOT_IDENTIFIED)
+                estimate = eqx.tree_at(lambda each: each.verdicts, estimate, nothing)
             fits.append(Fitted(law, dry, estimate, time.perf_counter() - begin))
-    return sorted(fits, key=lambda fitted: float(fitted.estimate.aic))
+    return sorted(fits, key=_order)
+
+
+def _order(fitted: Fitted) -> tuple[bool, float]:
+    return not bool(fitted.estimate.converged), float(fitted.estimate.aic)
+
+
+def misfit(estimate: Estimate) -> float:
+    """The share of a record's standard deviation that a fit leaves, if that is so much, and so
+    little like noise, that the model does not describe the record; else 0.
+    """
+    recording = estimate.problem.recording
+    if isinstance(recording, ImpactTimes) or not bool(estimate.converged):
+        return 0.0
+    values, valid = np.asarray(recording.values), np.asarray(recording.valid)
+    left = np.asarray(estimate.residuals)
+    share = float(estimate.rms) / float(np.std(values[valid]))
+    pairs = float(np.sum(left[1:] * left[:-1])) / float(np.sum(left**2))
+    return share if share > _UNEXPLAINED and pairs > _SMOOTH else 0.0
 
 
 def behind(best: Estimate, other: Estimate) -> Scalar:

@@ -15,6 +15,8 @@ from impactjax._model.pendulum import Pendulum
 from impactjax._simulate.simulate import InitialState
 
 _PROMINENCE = 6.0  # of an extremum, in sizes of the noise
+_SHARP = 2.5  # how much faster a record leaves an impact than the top of a flight
+_NEAR = 0.05  # of the motion: nearer, the stop may be where it is said to be
 _USUAL_RESTITUTION = 0.6
 _USUAL_SPEED = 0.5  # [m/s]
 _REST = 1e-6  # [m/s]; slower is no impact to speak of
@@ -31,6 +33,7 @@ class FirstEstimates(NamedTuple):
     - `contact_frequency`: a guess at the natural frequency during contact [rad/s].
     - `swings_freely`: whether the motion passes through the place of the stop.
     - `marks`: times of the impacts that were found, or of the extremes of a free swing [s].
+    - `elsewhere`: the coordinate at which impacts seem to happen, if the stop is clearly not there.
     """
 
     oscillator: AbstractOscillator
@@ -40,6 +43,7 @@ class FirstEstimates(NamedTuple):
     contact_frequency: float
     swings_freely: bool
     marks: np.ndarray = np.zeros(0)
+    elsewhere: float | None = None
 
     @property
     def restitution(self) -> float:
@@ -84,11 +88,14 @@ def first_estimates(
     smooth, noise = _smoothed(values)
     initial = _initial(ts, values, noise, gap)
     contact = np.pi / (_CONTACT_SAMPLES * float(np.median(np.diff(ts))))
+    place = _stop_seen(values, smooth, noise)
     if smooth.min() < -0.25 * smooth.max():
         swinging, marks = _swinging(ts, smooth, noise, oscillator)
         none = np.zeros(0)
-        return FirstEstimates(swinging, initial, none, none, contact, True, marks)
-    return _impacting(ts, smooth, noise, oscillator, initial, contact)
+        seen = FirstEstimates(swinging, initial, none, none, contact, True, marks)
+    else:
+        seen = _impacting(ts, smooth, noise, oscillator, initial, contact, gap)
+    return seen if place is None else seen._replace(elsewhere=place - gap)
 
 
 def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
@@ -97,9 +104,39 @@ def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
         return values, 0.0
     from scipy import signal  # half a second that `import impactjax` can do without
 
-    curvature = np.diff(values, 3)
-    noise = float(np.median(np.abs(curvature)) / 0.6745 / np.sqrt(20))
-    return np.asarray(signal.savgol_filter(values, 9, 2)), noise
+    return np.asarray(signal.savgol_filter(values, 9, 2)), noise_size(values)
+
+
+def noise_size(values: np.ndarray) -> float:
+    """Standard deviation of white noise on a smooth record, from its third differences."""
+    return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / np.sqrt(20))
+
+
+def _stop_seen(values: np.ndarray, smooth: np.ndarray, noise: float) -> float | None:
+    """Where a record turns back sharply, if that is clearly not at zero."""
+    turns = _turns(smooth, noise)
+    if len(turns) < 2:
+        return None
+    reach = max(int(np.median(np.diff(turns))) // 8, 2)
+    inner = turns[(turns >= reach) & (turns < len(smooth) - reach)]
+    tops = [a + int(np.argmax(smooth[a:b])) for a, b in pairwise(turns.tolist())]
+    rises = (smooth[inner - reach] + smooth[inner + reach]) / 2 - smooth[inner]
+    falls = [smooth[i] - (smooth[i - reach] + smooth[i + reach]) / 2 for i in tops]
+    sharp = rises > max(_SHARP * float(np.median(falls)), _PROMINENCE * noise)
+    if not sharp.any():
+        return None
+    lowest = [values[i - 2 : i + 3].min() for i in inner[sharp]]
+    place, fastest = float(np.median(lowest)), float(np.max(np.abs(np.diff(smooth))))
+    near = max(_PROMINENCE * noise, _NEAR * float(np.ptp(smooth)), 2 * fastest)
+    return place if abs(place) > near else None
+
+
+def _turns(smooth: np.ndarray, noise: float) -> np.ndarray:
+    """Where a record is lowest, between one flight or swing and the next."""
+    from scipy import signal
+
+    prominence = max(_PROMINENCE * noise, 0.02 * float(np.ptp(smooth)))
+    return signal.find_peaks(-smooth, prominence=prominence)[0]
 
 
 def _initial(ts: np.ndarray, values: np.ndarray, noise: float, gap: float) -> InitialState:
@@ -125,7 +162,7 @@ def _swinging(
             middles.append(ts[peak])
     if not times:
         return oscillator, np.zeros(0)
-    omega = float(np.median(_half_period(oscillator, np.array(sizes)) / np.array(times)))
+    omega = float(np.median(_flight(oscillator, np.array(sizes), 0.0) / np.array(times)))
     rate = -np.polyfit(middles, np.log(sizes), 1)[0] if len(sizes) > 2 else 0.01 * omega
     zeta = float(np.clip(rate / omega, 1e-4, 0.5))
     return _with_motion(oscillator, omega, zeta), np.array(middles)
@@ -138,26 +175,35 @@ def _impacting(
     oscillator: AbstractOscillator,
     initial: InitialState,
     contact: float,
+    gap: float,
 ) -> FirstEstimates:
-    """Frequency from the flights between impacts, restitution from their successive heights."""
-    from scipy import signal
+    """Frequency from the flights between impacts, restitution from their successive heights.
 
-    prominence = max(_PROMINENCE * noise, 0.02 * float(np.ptp(smooth)))
-    impacts, _ = signal.find_peaks(-smooth, prominence=prominence)
-    bounds = [0, *impacts.tolist(), len(smooth) - 1]
+    Turns on the far side of the equilibrium that do not reach the stop are flights as well, with no
+    impact at their ends.
+    """
+    turns = _turns(smooth, noise)
+    bounds = [0, *turns.tolist(), len(smooth) - 1]
     heights = np.array([smooth[a : b + 1].max() for a, b in pairwise(bounds)])
-    durations = np.diff(ts[impacts])
+    durations = np.diff(ts[turns])
     full = heights[1:-1] if len(heights) > 2 else np.zeros(0)
     visible = full > _PROMINENCE * noise
     if visible.any():
-        omega = float(np.median((_half_period(oscillator, full) / durations)[visible]))
+        omega = float(np.median((_flight(oscillator, full, gap) / durations)[visible]))
         oscillator = _with_motion(oscillator, omega, 0.003)
-    speeds = _speeds(oscillator, heights)
+    speeds = _speeds(oscillator, heights, gap)
     last = len(heights) - (0 if _has_turned(smooth, bounds[-2]) else 1)
-    usable = speeds[:last]
-    moving = usable[:-1] > 0
-    before, after = usable[:-1][moving], usable[1:][moving]
-    return FirstEstimates(oscillator, initial, before, after / before, contact, False, ts[impacts])
+    reaching = np.cumprod(speeds[:last] > 0)
+    before = speeds[:last][reaching > 0]
+    return FirstEstimates(
+        oscillator,
+        initial,
+        before[:-1],
+        before[1:] / before[:-1],
+        contact,
+        False,
+        ts[turns[: np.count_nonzero(speeds[:-1] > 0)]],
+    )
 
 
 def _has_turned(smooth: np.ndarray, begin: int) -> bool:
@@ -166,23 +212,34 @@ def _has_turned(smooth: np.ndarray, begin: int) -> bool:
     return len(rest) > 4 and int(np.argmax(rest)) < len(rest) - 3
 
 
-def _half_period(oscillator: AbstractOscillator, sizes: np.ndarray) -> np.ndarray:
-    """Half a period without damping, times the natural frequency."""
+def _flight(oscillator: AbstractOscillator, heights: np.ndarray, gap: float) -> np.ndarray:
+    """Duration of a flight from the stop to some distance from it and back, without damping, times
+    the natural frequency; that of a whole swing if it does not reach the stop.
+    """
+    sizes = heights - gap  # from the equilibrium, which is at a distance of `gap` from the stop
     if isinstance(oscillator, Pendulum):
-        return 2 * special.ellipk(np.sin(np.minimum(sizes, 3.1) / 2) ** 2)
-    return np.full(len(sizes), np.pi)
+        modulus = np.sin(np.clip(sizes, 1e-9, 3.1) / 2)
+        share = np.clip(np.sin(gap / 2) / modulus, -1, 1)
+        return 2 * (special.ellipk(modulus**2) + special.ellipkinc(np.arcsin(share), modulus**2))
+    return np.pi + 2 * np.arcsin(np.clip(gap / np.maximum(sizes, 1e-300), -1, 1))
 
 
-def _speeds(oscillator: AbstractOscillator, heights: np.ndarray) -> np.ndarray:
-    """Speed at the stop [m/s] of a fall from rest at some distance from it."""
+def _speeds(oscillator: AbstractOscillator, heights: np.ndarray, gap: float) -> np.ndarray:
+    """Speed at the stop [m/s] of a fall from rest at some distance from it; 0 if it is not reached.
+
+    That of a swing depends on where its equilibrium is, at a distance of `gap` from the stop.
+    """
     heights = np.maximum(heights, 0)
     lever = float(oscillator.lever())
     if isinstance(oscillator, BouncingBall):
         return np.sqrt(2 * float(oscillator.gravity) * heights)
+    sizes = heights - gap
     if isinstance(oscillator, Pendulum):
-        return lever * 2 * float(oscillator.omega_n) * np.sin(np.minimum(heights, 3.1) / 2)
+        squares = np.sin(np.clip(sizes, 0, 3.1) / 2) ** 2 - np.sin(gap / 2) ** 2
+        return lever * 2 * float(oscillator.omega_n) * np.sqrt(np.maximum(squares, 0))
     if isinstance(oscillator, LinearOscillator):
-        return lever * float(oscillator.omega_n) * heights
+        squares = np.where(sizes > 0, sizes**2 - gap**2, 0.0)
+        return lever * float(oscillator.omega_n) * np.sqrt(np.maximum(squares, 0))
     return heights
 
 

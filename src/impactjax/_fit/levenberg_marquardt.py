@@ -11,6 +11,8 @@ from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._types import Flag, Scalar
 
+_TIE = 0.001  # share of the strongest curvature in the damping of each parameter
+
 T = TypeVar("T")
 Vector = Float[Array, " parameters"]
 Matrix = Float[Array, "parameters parameters"]
@@ -79,6 +81,7 @@ def minimise(
     start: Vector,
     active: Bool[Array, " parameters"],
     reach: Vector,
+    usual: Vector,
     reduction: Scalar,
 ) -> Minimum:
     """The minimum near `start` over the parameters that are `active`; the others stay.
@@ -86,7 +89,8 @@ def minimise(
     It is found when the cost falls by less than `reduction`, relative.
 
     No parameter moves farther than its `reach` at once, and one that is not felt over its reach
-    stays for the moment. A point whose cost is not finite is never accepted.
+    stays for the moment. Where only several together are felt, each moves in proportion to its
+    `usual` move. A point whose cost is not finite is never accepted.
     """
 
     @jax.jit  # so that it is traced once
@@ -110,7 +114,7 @@ def minimise(
         begins = best.iterations == 0
         felt = jnp.diagonal(best.quadratic.curvature) * reach**2
         moving = active & (felt > reduction * best.quadratic.cost)
-        move = jnp.where(begins, 0.0, _move(best.quadratic, state.damping, moving, reach))
+        move = jnp.where(begins, 0.0, _move(best.quadratic, state.damping, moving, reach, usual))
         trial = expanded(best.u + move)
         predicted = _predicted(best.quadratic, move)
         gained = best.quadratic.cost - trial.cost
@@ -136,10 +140,14 @@ def minimise(
     return jax.lax.while_loop(unfinished, improve, first).best
 
 
-def _move(quadratic: Quadratic, damping: Scalar, active: Array, reach: Vector) -> Vector:
+def _move(
+    quadratic: Quadratic, damping: Scalar, active: Array, reach: Vector, usual: Vector
+) -> Vector:
     diagonal = jnp.diagonal(quadratic.curvature)
-    scale = jnp.where(diagonal > 0, diagonal, 1.0)
-    root = jnp.sqrt(scale)
+    known = active & jnp.isfinite(usual)
+    strongest = jnp.max(jnp.where(known, diagonal * usual**2, 0.0))
+    scale = diagonal + _TIE * strongest / usual**2
+    root = jnp.sqrt(jnp.where(scale > 0, scale, 1.0))
     both = active[:, None] & active[None, :]
     unit = jnp.eye(scale.shape[0], dtype=scale.dtype)
     scaled = jnp.where(both, quadratic.curvature / (root[:, None] * root[None, :]), unit)

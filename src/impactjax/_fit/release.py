@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from impactjax._fit.first_estimates import FirstEstimates
+from impactjax._fit.first_estimates import FirstEstimates, noise_size
 from impactjax._fit.motion import fall, motion
 from impactjax._measure.quantity import ProperAcceleration
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
@@ -14,6 +14,7 @@ _LEAST = 48  # samples, below which nothing is looked for
 _CLEAR = 0.15  # of the greatest height: farther from the stop no contact disturbs
 _HELD, _FREE = 8.0, 3.0  # unexplained accelerations, in their usual size
 _SHARE = 0.5  # of the record that a hand may take at most
+_INEXACT = 0.03  # of gravity: drag, and a scale that is a little wrong
 
 
 def release(recording: AnyRecording, seen: FirstEstimates) -> tuple[float, float] | None:
@@ -39,14 +40,21 @@ def release(recording: AnyRecording, seen: FirstEstimates) -> tuple[float, float
     values = np.interp(ts, *motion(recording, seen.oscillator))
     place, rate, acceleration = _derivatives(values, width, interval)
     margin = (width + longer) // 2
-    clear, later = _clear(values, seen, width, margin)
-    if np.count_nonzero(clear & later) < _LEAST:
+    known = np.interp(ts, recording.ts, recording.valid) == 1
+    clear, later = _clear(values, known, seen, width, margin)
+    enough = np.count_nonzero(clear & later) >= _LEAST
+    if not (enough or isinstance(seen.oscillator, BouncingBall)):
         return None
     if seen.swings_freely:
         left = _left(acceleration, _terms(seen, place, rate), clear)
     else:
         left = acceleration - _free_acceleration(seen, place)
-    begin = _let_go(left, clear, later, longer, margin)
+    unexplained = np.abs(_middle(left, longer))
+    if enough:
+        usual = float(np.median(unexplained[clear & later])) / 0.6745
+    else:
+        usual = _expected(seen, noise_size(values), width, interval)
+    begin = _let_go(unexplained, usual, clear, longer, margin)
     if begin is None or begin > _SHARE * len(ts):
         return None
     begin += margin // 2
@@ -70,28 +78,45 @@ def _derivatives(
 
 
 def _clear(
-    values: np.ndarray, seen: FirstEstimates, width: int, margin: int
+    values: np.ndarray, known: np.ndarray, seen: FirstEstimates, width: int, margin: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where no stop and no end of the record disturbs, and what comes after the first impact."""
+    """Where no stop, no gap and no end of the record disturbs, and what comes after the first
+    impact.
+    """
     from scipy import ndimage
 
-    clear, later = np.ones(len(values), bool), np.ones(len(values), bool)
+    near, later = np.zeros(len(values), bool), np.ones(len(values), bool)
     if not seen.swings_freely:
         near = values - values.min() < _CLEAR * np.ptp(values)
-        clear = np.asarray(ndimage.minimum_filter1d(~near, 2 * width + 1), bool)
         later = np.cumsum(near) > 0
+    clear = np.asarray(ndimage.minimum_filter1d(known & ~near, 2 * width + 1), bool)
     clear[:margin] = clear[len(values) - margin :] = False
     return clear, later
 
 
+def _middle(values: np.ndarray, width: int) -> np.ndarray:
+    from scipy import ndimage
+
+    return np.asarray(ndimage.median_filter(values, width))
+
+
+def _expected(seen: FirstEstimates, noise: float, width: int, interval: float) -> float:
+    """Size of the unexplained acceleration of a ball in flight that is due to noise, or to little
+    that was left out.
+    """
+    from scipy import signal
+
+    weights = signal.savgol_coeffs(width, 3, deriv=2, delta=interval)
+    inexact = _INEXACT * abs(float(_free_acceleration(seen, np.zeros(1))[0]))
+    return max(noise * float(np.linalg.norm(weights)), inexact)
+
+
 def _let_go(
-    left: np.ndarray, clear: np.ndarray, later: np.ndarray, longer: int, first: int
+    unexplained: np.ndarray, usual: float, clear: np.ndarray, longer: int, first: int
 ) -> int | None:
     """The first sample of a calm stretch after a beginning that is not; `None` if there is none."""
     from scipy import ndimage
 
-    unexplained = np.abs(ndimage.median_filter(left, longer))
-    usual = np.median(unexplained[clear & later]) / 0.6745
     if not clear[first] or not unexplained[first] > _HELD * usual:
         return None
     strange = unexplained > _FREE * usual

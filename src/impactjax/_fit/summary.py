@@ -48,6 +48,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     high = jnp.where(scale & (low <= lowest), highest, high)
     size = squares / n if known is None else known
     simulated = jnp.isfinite(squares)
+    converged = minimum.converged & (count > p)
     likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2 - problem.log_units
     likelihood = jnp.where(simulated, likelihood, -jnp.inf)
     found = p + problem.sizes_found
@@ -61,14 +62,14 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         inflation=jnp.where(plain > 0, errors / jnp.sqrt(jnp.where(plain > 0, plain, 1.0)), 1.0),
         freedom=freedom,
         memory=noise.order(loss.score(residuals), n),
-        verdicts=verdicts(low > lowest, high < highest),
+        verdicts=verdicts((low > lowest) & converged, (high < highest) & converged),
         residuals=residuals,
         jacobian=jacobian,
         impacts=minimum.quadratic.answer.impacts,
         rms=jnp.where(simulated, jnp.sqrt(jnp.sum(residuals**2) / n), jnp.inf),
         aic=2 * found - 2 * likelihood,
         bic=jnp.log(n) * found - 2 * likelihood,
-        converged=minimum.converged & (count > p),
+        converged=converged,
         iterations=minimum.iterations,
         start_costs=start_costs,
     )

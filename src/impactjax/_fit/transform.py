@@ -19,7 +19,7 @@ def to_unbounded(allowed: Range, value: Values) -> Values:
         return jnp.log(value - low)
     if high == math.inf or low == -math.inf:
         beyond = value - low if high == math.inf else high - value
-        return jnp.sqrt(jnp.maximum((beyond + 1) ** 2 - 1, 0))
+        return 2 * jnp.arcsinh(jnp.sqrt(jnp.maximum(beyond, 0) / 2))
     return jnp.arcsin(jnp.clip(2 * (value - low) / (high - low) - 1, -1, 1))
 
 
@@ -31,7 +31,7 @@ def to_range(allowed: Range, u: Values) -> Values:
     if high == math.inf and allowed.excludes_low:
         return low + jnp.exp(u)
     if high == math.inf or low == -math.inf:
-        beyond = jnp.sqrt(u**2 + 1) - 1
+        beyond = 2 * jnp.sinh(u / 2) ** 2
         return low + beyond if high == math.inf else high - beyond
     return low + (high - low) / 2 * (jnp.sin(u) + 1)
 

@@ -11,9 +11,9 @@ def clipped(values: np.ndarray, level: float | None) -> np.ndarray:
     """Which samples show the instrument's limit instead of the quantity.
 
     With a known level those within 2 % of it and beyond, on either side: an instrument's range is
-    a round number, and it is no longer linear just below. Otherwise those in a run of equal
-    samples at the record's extreme, if the slopes on both sides say that the motion went on: a
-    turn that an encoder's steps made flat goes on by less than a step.
+    a round number, and it is no longer linear just below. Otherwise those at the record's extreme,
+    if the slopes on both sides of a run of equal samples there say that the motion went on: a turn
+    that an encoder's steps made flat goes on by less than a step.
     """
     if level is not None:
         return np.abs(values) >= (1 - _NEAR) * level
@@ -24,7 +24,7 @@ def clipped(values: np.ndarray, level: float | None) -> np.ndarray:
 
 
 def _beyond(values: np.ndarray) -> np.ndarray:
-    """Runs at the maximum that hide more than a step."""
+    """All that is at the maximum, if a run there hides more than a step."""
     found = np.zeros(len(values), bool)
     steps = np.abs(np.diff(values))
     steps = steps[steps > 0]
@@ -40,5 +40,5 @@ def _beyond(values: np.ndarray) -> np.ndarray:
         top = values[begin]
         rise, fall = top - values[begin - reach], top - values[end + reach - 1]
         if min(rise, fall) / reach * length / 4 > _OVERSHOOT * np.min(steps):
-            found[begin:end] = True
+            found[:] = at_top[1:-1]
     return found

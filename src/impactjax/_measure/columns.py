@@ -1,6 +1,7 @@
 """Which columns of a table hold the time and what was observed."""
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from impactjax._measure.quantity import IMPACT_TIME, TIME, UNITS
@@ -25,6 +26,12 @@ def columns(table: Table, read: ReadTable) -> tuple[Column | None, Column]:
     return None if observed.quantity == IMPACT_TIME else _time(table, read), observed
 
 
+def unused(table: Table, used: Sequence[Column | None]) -> list[str]:
+    """The headers of the columns that hold something else."""
+    positions = {column.position for column in used if column is not None}
+    return [cell for i, cell in enumerate(table.header or ()) if i not in positions]
+
+
 def _observed(table: Table, read: ReadTable) -> Column:
     if read.column is not None:
         chosen = _chosen(table, read.column, read.quantity, read.unit)
@@ -41,13 +48,14 @@ def _observed(table: Table, read: ReadTable) -> Column:
     names = [_name(cell) for cell in table.header]
     if IMPACT_TIME in names:  # other columns describe the impacts
         return _parsed(table, names.index(IMPACT_TIME))
-    others = [_parsed(table, i) for i, name in enumerate(names) if name != TIME]
-    if len(others) != 1:
+    others = [i for i, name in enumerate(names) if name != TIME]
+    known = [i for i in others if names[i] in UNITS]
+    if len(known or others) != 1:
         raise table.wrong_header(
-            f"the header names {len(others)} quantities besides time",
+            f"the header names {len(known or others)} quantities besides time",
             "choose one by `column` under [read] in a sidecar, or keep one column",
         )
-    return others[0]
+    return _parsed(table, (known or others)[0])
 
 
 def _time(table: Table, read: ReadTable) -> Column | None:

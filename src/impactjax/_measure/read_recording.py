@@ -8,13 +8,20 @@ import numpy as np
 
 from impactjax._measure.array_table import ARRAY_SUFFIXES, read_array_table
 from impactjax._measure.clipping import clipped
-from impactjax._measure.columns import columns
+from impactjax._measure.columns import columns, unused
 from impactjax._measure.file_error import FileError
 from impactjax._measure.heard import heard
-from impactjax._measure.quantity import IMPACT_TIME, QUANTITIES, AbstractQuantity
+from impactjax._measure.quantity import (
+    IMPACT_TIME,
+    QUANTITIES,
+    AbstractQuantity,
+    Angle,
+    Displacement,
+)
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._measure.sidecar import Sidecar, read_sidecar
 from impactjax._measure.sound import read_onsets
+from impactjax._measure.spikes import spikes
 from impactjax._measure.table import Table, numbers, numbers_and_gaps
 from impactjax._measure.text_table import read_text_table
 from impactjax._measure.thin import MOST, averaged, blurs, group_size
@@ -77,7 +84,11 @@ def _recording(table: Table, sidecar: Sidecar) -> tuple[AnyRecording, list[str]]
         ts = np.arange(len(values)) / sidecar.read.sample_rate
     _check_increasing(table, ts)
     inside = _inside(table.path, sidecar.read.window, ts, "row")
-    return _samples(table.path, _BY_NAME[observed.quantity], ts[inside], values[inside], sidecar)
+    quantity = _BY_NAME[observed.quantity]
+    recording, notes = _samples(table.path, quantity, ts[inside], values[inside], sidecar)
+    if (left := unused(table, (time, observed))) and sidecar.read.column is None:
+        notes.append(f"Of the file, {', '.join(f'`{each}`' for each in left)} is not used.")
+    return recording, notes
 
 
 def _impact_times(path: Path, times: np.ndarray, sidecar: Sidecar) -> tuple[ImpactTimes, list[str]]:
@@ -106,6 +117,12 @@ def _samples(
     if beyond.any():
         notes.append(f"{_count(beyond, 'sample')} clipped and left out.")
     valid &= ~beyond
+    if isinstance(quantity, Angle | Displacement):
+        wrong = np.zeros(len(valid), bool)
+        wrong[valid] = spikes(values[valid])
+        if wrong.any():
+            notes.append(f"{_count(wrong, 'sample')} far from those beside, and left out.")
+        valid &= ~wrong
     if np.count_nonzero(valid) < 2:
         problem = f"{np.count_nonzero(valid)} usable values are left"
         raise FileError(path, None, problem, "check that it is the right column")

@@ -58,8 +58,8 @@ class Recording(eqx.Module):
 
     def first(self, share: float) -> "Recording":
         """The recording with only the samples of the first part of its time counted."""
-        end = self.ts[0] + share * (self.ts[-1] - self.ts[0])
-        return Recording(self.ts, self.values, self.quantity, self.valid & (self.ts <= end))
+        early = self.ts - self.ts[0] <= share * (self.ts[-1] - self.ts[0])
+        return Recording(self.ts, self.values, self.quantity, self.valid & early)
 
     def padded(self, count: int) -> "Recording":
         """The recording with samples after its end, which do not count, up to a number of them:
@@ -116,8 +116,8 @@ class ImpactTimes(eqx.Module):
 
     def first(self, share: float) -> "ImpactTimes":
         """The impacts with only those in the first part of the time counted."""
-        end = self.times[0] + share * (self.last - self.times[0])
-        return ImpactTimes(self.times, self.valid & (self.times <= end))
+        early = self.times - self.times[0] <= share * (self.last - self.times[0])
+        return ImpactTimes(self.times, self.valid & early)
 
     @property
     def observations(self) -> Int[Array, "..."]:

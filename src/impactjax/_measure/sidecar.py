@@ -42,8 +42,8 @@ class SystemTable(msgspec.Struct, forbid_unknown_fields=True):
 class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     """[sensor]: what stands between the motion and its samples."""
 
-    gain: Finite = 1.0
-    offset: Finite = 0.0
+    gain: Finite | None = None
+    offset: Finite | None = None
     delay: Finite = 0.0
     drift: Finite = 0.0
     sigma: Positive | None = None

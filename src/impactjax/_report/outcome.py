@@ -15,7 +15,8 @@ def outcome(estimate: Estimate) -> str:
         return "converged"
     if was_simulated(estimate):
         return f"not converged after {int(estimate.iterations)} evaluations"
-    return f"not simulated: {RESULTS[_result(estimate)]}"
+    reason, *_ = str(RESULTS[_result(estimate)]).split(". ")
+    return f"not simulated: {reason.removesuffix('.')}"
 
 
 def was_simulated(estimate: Estimate) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from impactjax._fit.compare import Fitted, behind
+from impactjax._fit.compare import Fitted, behind, misfit
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.laws import NO_LAW
 from impactjax._fit.verdict import Verdict
@@ -12,6 +12,7 @@ from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residuals import Residuality, residuality
 from impactjax._identify.words import coupling, findings
 from impactjax._measure.recording import ImpactTimes
+from impactjax._report.outcome import outcome, was_simulated
 from impactjax._report.units import shown_unit
 
 _CLEAR = 10.0  # a difference of AIC that leaves no doubt
@@ -24,11 +25,18 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     best = fits[0]
     unit, factor = shown_unit(best.estimate.problem.recording)
     found = [*_friction(fits, unit, factor)]
-    if len(fits) > 1 and best.law != NO_LAW:
+    if len(fits) > 1 and best.law != NO_LAW and bool(best.estimate.converged):
         found.append(_ranking(fits))
     for fitted in fits:
         if not bool(fitted.estimate.converged):
-            found.append(f"The fit of {_name(fitted)} did not converge; its row is not to be used.")
+            found.append(
+                f"The fit of {_name(fitted)} has no result: {outcome(fitted.estimate)}. Its row is "
+                "not to be used."
+            )
+    if not bool(best.estimate.converged):
+        return found
+    if (share := misfit(best.estimate)) > 0:
+        return [*found, _does_not_fit(best.estimate, share)]
     found += _open_sides(best)
     told = identifiability(best.estimate)
     if not all(each.determined for each in findings(told)):
@@ -39,6 +47,20 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     if not bool(residuals.independent):
         found.append(_independence(best.estimate, residuals))
     return found
+
+
+def _does_not_fit(estimate: Estimate, share: float) -> str:
+    said = (
+        f"No law tried describes the record: {100 * share:.0f} % of its motion is left. Nothing is "
+        "identified."
+    )
+    if estimate.system.model.lower is None:
+        return f"{said} Perhaps there are impacts in it: name a law."
+    return (
+        f"{said} Perhaps the stop is not where it is said to be (`gap`), the zero or sign of the "
+        "record is another (`offset`, `gain`), there is dry friction (`dry_friction = true` under "
+        "[system]), or something else moves it."
+    )
 
 
 def _name(fitted: Fitted) -> str:
@@ -63,7 +85,12 @@ def _friction(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
 
 def _ranking(fits: Sequence[Fitted]) -> str:
     best = fits[0]
-    near = [f for f in fits[1:] if float(behind(best.estimate, f.estimate)) < _CLEAR]
+    near = [
+        fitted
+        for fitted in fits[1:]
+        if bool(fitted.estimate.converged)
+        and float(behind(best.estimate, fitted.estimate)) < _CLEAR
+    ]
     if not near:
         return f"Among the laws tried, {best.law} describes the record clearly best."
     names = ", ".join(fitted.law for fitted in near)
@@ -112,6 +139,8 @@ def _beyond_the_noise(estimate: Estimate) -> list[str]:
 
 def residual_sentences(estimate: Estimate) -> list[str]:
     """Whether the residuals are what a good law leaves: independent, of one size, normal."""
+    if not was_simulated(estimate):
+        return ["Nothing could be simulated, so there are no residuals."]
     found = residuality(estimate)
     said = [_independence(estimate, found), *_after_impacts(estimate, found)]
     if float(found.abnormal) < 1e-3:
@@ -135,7 +164,8 @@ def _independence(estimate: Estimate, found: Residuality) -> str:
     if bool(found.independent):
         return f"The residuals look independent: {numbers}."
     said = (
-        f"The residuals hang together: {numbers}. Their noise is filtered or the law is not right"
+        f"The residuals do not look independent: {numbers}. Their noise is filtered or the law is "
+        "not right"
     )
     if int(estimate.memory) == 0:
         return f"{said}; errors that take them as independent are too small."

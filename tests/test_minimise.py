@@ -1,0 +1,60 @@
+"""The optimiser in its own coordinates: what it does where the data leave it a choice."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Quadratic, minimise
+from impactjax._fit.transform import to_range, to_unbounded
+from impactjax._model.parameter import Range
+
+RANGES = {
+    "any": Range("1", -math.inf, math.inf, False, False),
+    "positive": Range("1", 0.0, math.inf, True, False),
+    "at least 2": Range("1", 2.0, math.inf, False, False),
+    "at most 2": Range("1", -math.inf, 2.0, False, False),
+    "share": Range("1", 0.0, 1.0, False, False),
+}
+
+
+@pytest.mark.parametrize("name", RANGES)
+@pytest.mark.parametrize("distance", [1e-12, 1e-3, 0.3, 1e4, 1e12])
+def test_there_and_back(name, distance):
+    allowed = RANGES[name]
+    if math.isfinite(allowed.high) and math.isfinite(allowed.low):
+        distance = distance / (1 + distance)
+    value = allowed.low + distance if math.isfinite(allowed.low) else -distance
+    back = to_range(allowed, to_unbounded(allowed, jnp.asarray(value)))
+    assert float(back) == pytest.approx(value, rel=1e-9, abs=1e-11)
+
+
+def test_one_move_changes_a_large_value_by_a_factor():
+    """Or the search would never get anywhere in units in which the value is large."""
+    u = to_unbounded(RANGES["at least 2"], jnp.asarray(1e6))
+    assert float(to_range(RANGES["at least 2"], u + 1)) == pytest.approx(math.e * 1e6, rel=1e-5)
+
+
+@pytest.mark.parametrize("slope", [3e-4, 3e-3, 1.0])
+def test_of_two_that_show_only_together_the_weaker_does_not_run_away(slope):
+    """One equation, u₀ + s u₁ = 1: scaled by curvature alone u₁ would be 1/2 s."""
+    row = jnp.array([1.0, slope])
+
+    def expand(u):
+        left = row @ u - 1
+        outer = row[:, None] * row[None, :]
+        return Quadratic(left**2 / 2, left * row, outer, outer, ())
+
+    found = minimise(
+        LevenbergMarquardt(),
+        expand,
+        jnp.zeros(2),
+        jnp.ones(2, bool),
+        jnp.full(2, jnp.inf),
+        jnp.ones(2),
+        jnp.asarray(1e-8),
+    )
+    assert bool(found.converged)
+    assert float(row @ found.u) == pytest.approx(1.0, abs=1e-3)
+    assert np.all(np.abs(found.u) < 4)
