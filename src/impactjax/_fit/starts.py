@@ -1,5 +1,7 @@
 """From where to search."""
 
+import math
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -9,6 +11,7 @@ from impactjax._fit.problem import Problem
 from impactjax._fit.system import handles
 
 _CONTACT_SPREAD, _OTHER_SPREAD = 1.0, 0.02
+_INSIDE = 0.02  # of a range: at its very end nothing is felt
 
 
 class Starts(eqx.Module):
@@ -42,7 +45,8 @@ class Starts(eqx.Module):
             scatter = jax.random.uniform(
                 jax.random.fold_in(key, i), (self.count,), value.dtype, -spread, spread
             )
-            values = value * jnp.exp(scatter.at[0].set(0.0))
-            allowed = known[name].allowed
-            columns.append(jnp.clip(values, allowed.low, allowed.high))
+            low, high = known[name].allowed.low, known[name].allowed.high
+            inside = _INSIDE * (high - low) if math.isfinite(high - low) else 0.0
+            values = jnp.clip(value * jnp.exp(scatter), low + inside, high - inside)
+            columns.append(values.at[0].set(jnp.clip(value, low, high)))
         return problem.unbounded(jnp.stack(columns, axis=1))
