@@ -31,7 +31,7 @@ class LevenbergMarquardt(eqx.Module):
       recorded one has not yet lost its phase: a search from afar ends at the right minimum.
     """
 
-    max_iterations: int = eqx.field(default=60, static=True)
+    max_iterations: int = eqx.field(default=150, static=True)
     reduction: float = eqx.field(default=1e-8, static=True)
     damping: float = eqx.field(default=1e-3, static=True)
     horizons: tuple[float, ...] = eqx.field(default=(0.25, 0.5, 1.0), static=True)
@@ -89,8 +89,8 @@ def minimise(
     It is found when the cost falls by less than `reduction`, relative.
 
     No parameter moves farther than its `reach` at once, and one that is not felt over its reach
-    stays for the moment. Where only several together are felt, each moves in proportion to its
-    `usual` move. A point whose cost is not finite is never accepted.
+    stays for the moment. Where only several together are felt, none moves much farther than is
+    `usual`, unless that is infinite. A point whose cost is not finite is never accepted.
     """
 
     @jax.jit  # so that it is traced once

@@ -30,7 +30,7 @@ def search(
     parts: Bool[Array, "parts observations"],
 ) -> Minimum[Answer]:
     """A minimum from each start, in the optimiser's coordinates, over one part of the observations
-    after the other; the last part is the whole.
+    after the other; the last part is the whole. What the others leave open stays near its start.
     """
     known = problem.handles()
     reach = jnp.array([farthest_move(known[name].allowed) for name in problem.names], lanes.dtype)
