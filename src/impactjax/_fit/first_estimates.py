@@ -117,15 +117,17 @@ def _stop_seen(values: np.ndarray, smooth: np.ndarray, noise: float) -> float | 
     turns = _turns(smooth, noise)
     if len(turns) < 2:
         return None
+    tops = np.array([a + int(np.argmax(smooth[a:b])) for a, b in pairwise(turns.tolist())])
     reach = max(int(np.median(np.diff(turns))) // 8, 2)
-    inner = turns[(turns >= reach) & (turns < len(smooth) - reach)]
-    tops = [a + int(np.argmax(smooth[a:b])) for a, b in pairwise(turns.tolist())]
-    rises = (smooth[inner - reach] + smooth[inner + reach]) / 2 - smooth[inner]
-    falls = [smooth[i] - (smooth[i - reach] + smooth[i + reach]) / 2 for i in tops]
+    turns, tops = (at[(at >= reach) & (at < len(smooth) - reach)] for at in (turns, tops))
+    if not (turns.size and tops.size):
+        return None
+    rises = (smooth[turns - reach] + smooth[turns + reach]) / 2 - smooth[turns]
+    falls = smooth[tops] - (smooth[tops - reach] + smooth[tops + reach]) / 2
     sharp = rises > max(_SHARP * float(np.median(falls)), _PROMINENCE * noise)
     if not sharp.any():
         return None
-    lowest = [values[i - 2 : i + 3].min() for i in inner[sharp]]
+    lowest = [values[i - 2 : i + 3].min() for i in turns[sharp]]
     place, fastest = float(np.median(lowest)), float(np.max(np.abs(np.diff(smooth))))
     near = max(_PROMINENCE * noise, _NEAR * float(np.ptp(smooth)), 2 * fastest)
     return place if abs(place) > near else None
