@@ -33,7 +33,7 @@ def plot_fit(ax: "Axes", estimate: Estimate) -> "Axes":
         ax.plot(ts, values, color=RECORDED, linewidth=3, label="recorded")
         ax.plot(ts, values + residuals * factor, color=FITTED, linewidth=1, label="fitted")
         ax.set(xlabel="time [s]", ylabel=f"{recording.quantity.name} [{unit}]")
-    ax.legend(loc="upper right", frameon=False)
+    ax.legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     return ax
 
 
