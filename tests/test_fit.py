@@ -197,17 +197,6 @@ def test_an_open_side_is_the_end_of_the_range_or_infinity():
     assert 0 < float(found.value("r")) < 1
 
 
-def test_scattered_starts_are_where_all_parameters_are_felt():
-    """Not at the end of a range, where the search would stay; the first is the model's own."""
-    problem = swing().problem
-    lanes = np.asarray(ij.Starts(64).lanes(problem))
-    r = np.array([float(problem.values(jnp.asarray(u))[problem.names.index("r")]) for u in lanes])
-    assert r[0] == pytest.approx(0.5)
-    assert (r > 0.01).all()
-    assert (r < 0.99).all()
-    assert np.ptp(r) > 0.7
-
-
 def test_a_parameter_that_was_not_fitted_has_no_value():
     with pytest.raises(ValueError, match="`foo` was not fitted; omega_n, zeta, r, x0 were"):
         swing().value("foo")

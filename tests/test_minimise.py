@@ -1,4 +1,4 @@
-"""The optimiser in its own coordinates: what it does where the data leave it a choice."""
+"""The optimiser in its own coordinates: its starts, and what it does where data leave a choice."""
 
 import math
 
@@ -6,6 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import impactjax as ij
+from estimates import swing
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Quadratic, minimise
 from impactjax._fit.transform import to_range, to_unbounded
 from impactjax._model.parameter import Range
@@ -58,3 +60,14 @@ def test_of_two_that_show_only_together_the_weaker_does_not_run_away(slope):
     assert bool(found.converged)
     assert float(row @ found.u) == pytest.approx(1.0, abs=1e-3)
     assert np.all(np.abs(found.u) < 4)
+
+
+def test_scattered_starts_are_where_all_parameters_are_felt():
+    """Not at the end of a range, where the search would stay; the first is the model's own."""
+    problem = swing().problem
+    lanes = np.asarray(ij.Starts(64).lanes(problem))
+    r = np.array([float(problem.values(jnp.asarray(u))[problem.names.index("r")]) for u in lanes])
+    assert r[0] == pytest.approx(0.5)
+    assert (r > 0.01).all()
+    assert (r < 0.99).all()
+    assert np.ptp(r) > 0.7
