@@ -82,9 +82,10 @@ def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar
     touching = log.taken & (log.mode.phase == Phase.CONTACT)
     turns = touching & (log.y.velocity < 0) & (log.end.velocity >= 0)
     turning = jax.tree.map(lambda column: column[jnp.argmax(turns)], (path, log.mode))
-    (_, _, h, _, expansion), mode = turning
+    (_, y, h, end, expansion), mode = turning
     evaluate = partial(step.evaluate, Automaton(model), mode, expansion)
-    turned = evaluate(falling_zero(lambda s: -evaluate(s).velocity, h))
+    approach, separation = -y.velocity, -end.velocity
+    turned = evaluate(falling_zero(lambda s: -evaluate(s).velocity, h, approach, separation))
 
     last = jnp.argmax(jnp.where(touching, log.t, -1))
     separated = jax.tree.map(lambda column: column[last], path.end)

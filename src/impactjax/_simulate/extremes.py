@@ -43,15 +43,25 @@ class Extremes(NamedTuple):
     nearest_miss: Scalar
 
 
-class _Bracket(NamedTuple):
-    low: Scalar
-    at_low: Scalar
-    high: Scalar
-    at_high: Scalar
+class _Ends(NamedTuple):
+    """Levels and their rates at the ends of the steps."""
+
+    start: Float[Array, "steps 2 stops"]
+    rate: Float[Array, "steps 2 stops"]
+    end: Float[Array, "steps 2 stops"]
+    end_rate: Float[Array, "steps 2 stops"]
+
+
+class _Sought(NamedTuple):
+    """Of each slot the step in which a level turns the highest, and whether there is one."""
+
+    row: Int[Array, " slots"]
+    exists: Bool[Array, " slots"]
+    which: Bool[Array, "slots 2 stops"]  # level
 
 
 class _Place(NamedTuple):
-    """A step, and which level turns in it."""
+    """A step, the level that turns in it, and its rate at the ends."""
 
     t: Scalar
     y: State
@@ -59,6 +69,16 @@ class _Place(NamedTuple):
     expansion: PyTree
     h: Scalar
     which: Bool[Array, "2 stops"]
+    rate: Scalar
+    end_rate: Scalar
+
+
+class _Bracket(NamedTuple):
+    low: Scalar
+    at_low: Scalar
+    high: Scalar
+    at_high: Scalar
+    newer: Scalar  # −1 if the low end is, 1 if the high one, 0 if neither
 
 
 def extremes(
@@ -74,58 +94,98 @@ def extremes(
     if not walls(model):
         return Extremes(nothing, nothing, far)
     log, stops = record.log, len(walls(model))
-    levels = jax.jit(functools.partial(_levels, model))  # so that it is traced once
-    start, rate = jax.vmap(levels)(path.t, path.y, log.mode)
-    end, end_rate = jax.vmap(levels)(path.t + path.h, path.end, log.mode)
-    turns, highest = (rate > 0) & (end_rate <= 0), jnp.maximum(start, end)
-
-    @jax.jit
-    def peak(place: _Place) -> Scalar:
-        def own(s: Scalar) -> tuple[Scalar, Scalar]:
-            y = step.evaluate(Automaton(model), place.mode, place.expansion, s)
-            of_all = levels(place.t + s, y, place.mode)
-            value, rate = (jnp.sum(x, where=place.which) for x in of_all)
-            return value, rate
-
-        return own(falling_zero(lambda s: own(s)[1], place.h))[0]
-
-    def at_turn(rows: Array, quantity: int, stop: Array) -> Array:
-        """A level where it turns within each of some steps."""
-        columns = path.t, path.y, log.mode, path.expansion, path.h
-        chosen = jax.tree.map(lambda column: column[rows], columns)
-        number = jnp.arange(2 * stops, dtype=stop.dtype).reshape(2, stops)
-        which = number == quantity * stops + stop[:, None, None]
-        return map_rows(peak, _Place(*chosen, which=which), record.passes, CHUNK)
-
+    levels = jax.vmap(functools.partial(_levels, model))
+    ends = _Ends(
+        *levels(path.t, path.y, log.mode),
+        *levels(path.t + path.h, path.end, log.mode),
+    )
+    flying = log.taken & (log.mode.phase == Phase.FLIGHT)
+    sought = [
+        _highest_turns(
+            ends, flying, _PENETRATION, jnp.full_like(slots, stop), jnp.zeros_like(slots), 1
+        )
+        for stop in range(stops)
+    ]
+    compliant = any(isinstance(wall.stop.law, AbstractForceLaw) for wall in walls(model))
     touching = log.taken & (log.mode.phase == Phase.CONTACT)
     slots = jnp.where(touching & (slots >= 0), slots, count)
+    if compliant:
+        both = [
+            _highest_turns(ends, touching, quantity, log.mode.stop, slots, count)
+            for quantity in (_PENETRATION, _FORCE)
+        ]
+        # In turn, so that the rows in use come first.
+        sought.append(jax.tree.map(lambda *x: jnp.stack(x, 1).reshape(-1, *x[0].shape[1:]), *both))
+    every = jax.tree.map(lambda *x: jnp.concatenate(x), *sought)
+    inside = _at_turns(step, model, path, record, ends, every)
+    missed = jnp.min(jnp.where(every.exists[:stops], -inside[:stops], jnp.inf))
+    if not compliant:
+        return Extremes(nothing, nothing, missed)
     first, begins = _choose(touching, -path.t, slots, count)
+    at_touch = jnp.take_along_axis(ends.start[first], log.mode.stop[first][:, None, None], axis=2)[
+        ..., 0
+    ]
+    at_touch = jnp.where(begins[:, None], at_touch, 0.0)
+    exists, inside = (x[stops:].reshape(count, 2) for x in (every.exists, inside))
+    highest = jnp.where(exists, jnp.maximum(inside, at_touch), at_touch)
+    return Extremes(highest[:, _PENETRATION], highest[:, _FORCE], missed)
 
-    def of_impacts(quantity: int) -> PerImpact:
-        def own(x: Array) -> Array:
-            return jnp.take_along_axis(x[:, quantity], log.mode.stop[:, None], axis=1)[:, 0]
 
-        row, exists = _choose(own(turns), own(highest), slots, count)
-        inside = at_turn(row, quantity, log.mode.stop[row])
-        at_touch = jnp.where(begins, own(start)[first], 0.0)
-        return jnp.where(exists, jnp.maximum(inside, at_touch), at_touch)
+def _highest_turns(
+    ends: _Ends,
+    among: Bool[Array, " steps"],
+    quantity: int,
+    stop: Slots,
+    slots: Slots,
+    count: int,
+) -> _Sought:
+    """Among some steps, those in which a quantity of a stop turns."""
 
-    flying = log.taken & (log.mode.phase == Phase.FLIGHT)
+    def own(levels: Float[Array, "steps 2 stops"]) -> PerStep:
+        return jnp.take_along_axis(levels[:, quantity], stop[:, None], axis=1)[:, 0]
 
-    def miss(stop: int) -> Scalar:
-        turned = flying & turns[:, _PENETRATION, stop]
-        row, exists = _choose(turned, highest[:, _PENETRATION, stop], jnp.zeros_like(slots), 1)
-        inside = at_turn(row, _PENETRATION, jnp.full_like(row, stop))
-        return jnp.where(exists, -inside, jnp.inf)[0]
+    turns = among & (own(ends.rate) > 0) & (own(ends.end_rate) <= 0)
+    row, exists = _choose(turns, jnp.maximum(own(ends.start), own(ends.end)), slots, count)
+    stops = ends.start.shape[2]
+    number = jnp.arange(2 * stops, dtype=stop.dtype).reshape(2, stops)
+    return _Sought(row, exists, number == quantity * stops + stop[row][:, None, None])
 
-    compliant = any(isinstance(wall.stop.law, AbstractForceLaw) for wall in walls(model))
-    return Extremes(
-        of_impacts(_PENETRATION) if compliant else nothing,
-        of_impacts(_FORCE) if compliant else nothing,
-        functools.reduce(jnp.minimum, [miss(stop) for stop in range(stops)]),
+
+def _at_turns(
+    step: AbstractStep,
+    model: ImpactOscillator,
+    path: Path,
+    record: Record,
+    ends: _Ends,
+    sought: _Sought,
+) -> Float[Array, " slots"]:
+    """The levels where they turn."""
+
+    def level(model: ImpactOscillator, place: _Place, s: Scalar) -> tuple[Scalar, Scalar]:
+        y = step.evaluate(Automaton(model), place.mode, place.expansion, s)
+        of_all = _levels(model, place.t + s, y, place.mode)
+        value, rate = (jnp.sum(x, where=place.which) for x in of_all)
+        return value, rate
+
+    def peak(place: _Place) -> Scalar:
+        own = functools.partial(level, model, place)
+        plain = functools.partial(level, *jax.lax.stop_gradient((model, place)))
+        near = near_falling_zero(lambda s: plain(s)[1], place.h, place.rate, place.end_rate)
+        (value, rate), (_, slope) = jax.jvp(own, (near,), (jnp.ones_like(near),))
+        # The top of the parabola: exact derivatives, the second ones included.
+        return value - rate**2 / (2 * _falling(slope))
+
+    columns = path.t, path.y, record.log.mode, path.expansion, path.h
+    t, y, mode, expansion, h = jax.tree.map(lambda column: column[sought.row], columns)
+    rate, end_rate = (
+        jnp.sum(x[sought.row], axis=(1, 2), where=sought.which) for x in (ends.rate, ends.end_rate)
     )
+    places = _Place(t, y, mode, expansion, h, sought.which, rate, end_rate)
+    slots, _, stops = sought.which.shape
+    return map_rows(peak, places, stops + 2 * record.passes, min(CHUNK, slots))
 
 
+@jax.jit  # so that it is traced once
 def _levels(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> tuple[Levels, Levels]:
     """Penetration and force of all stops, and their rates along the flow."""
 
@@ -151,31 +211,50 @@ def _choose(
     return row, jnp.isfinite(best)
 
 
-def falling_zero(rate: Callable[[Scalar], Scalar], h: Scalar) -> Scalar:
-    """Where a rate falls through zero within (0, h]: by secants in a bracket, the end that stays
-    losing half its weight each time, then once by Newton's method for the derivatives.
+def falling_zero(
+    rate: Callable[[Scalar], Scalar], h: Scalar, at_start: Scalar, at_end: Scalar
+) -> Scalar:
+    """Where a rate falls through zero within (0, h], with derivatives."""
+    near = near_falling_zero(rate, h, at_start, at_end)
+    value, slope = jax.jvp(rate, (near,), (jnp.ones_like(near),))
+    return near - value / _falling(slope)
+
+
+def near_falling_zero(
+    rate: Callable[[Scalar], Scalar], h: Scalar, at_start: Scalar, at_end: Scalar
+) -> Scalar:
+    """Where a rate falls through zero within (0, h], as a plain number: by secants in a bracket, of
+    which an end that stays twice loses weight.
+
+    Source: Anderson and Björck, BIT 13, 253 (1973).
     """
 
     def improve(_: Code, bracket: _Bracket) -> _Bracket:
-        low, at_low, high, at_high = bracket
+        low, at_low, high, at_high, newer = bracket
         s = high - at_high * (high - low) / (at_high - at_low)
-        s = jnp.where((s > low) & (s < high), s, (low + high) / 2)
+        s = jnp.where((s >= low) & (s <= high), s, (low + high) / 2)
         value = rate(s)
         rises = value > 0
+        share = 1 - value / jnp.where(rises, at_low, at_high)
+        share = jnp.where(share > 0, share, 0.5)
         return _Bracket(
             jnp.where(rises, s, low),
-            jnp.where(rises, value, at_low / 2),
+            jnp.where(rises, value, jnp.where(newer > 0, share * at_low, at_low)),
             jnp.where(rises, high, s),
-            jnp.where(rises, at_high / 2, value),
+            jnp.where(rises, jnp.where(newer < 0, share * at_high, at_high), value),
+            jnp.where(rises, -jnp.ones_like(s), jnp.ones_like(s)),
         )
 
     zero = jnp.zeros_like(h)
-    start = _Bracket(zero, rate(zero), h, rate(h))
-    end = jax.lax.fori_loop(0, _SECANTS, improve, jax.lax.stop_gradient(start))
-    root = jax.lax.stop_gradient((end.low + end.high) / 2)
-    value, slope = jax.jvp(rate, (root,), (jnp.ones_like(root),))
+    start = jax.lax.stop_gradient(_Bracket(zero, at_start, h, at_end, zero))
+    end = jax.lax.fori_loop(0, _SECANTS, improve, start)
+    return jax.lax.stop_gradient(jnp.where(end.newer < 0, end.low, end.high))
+
+
+def _falling(slope: Scalar) -> Scalar:
+    """A slope to divide by, not differentiated; where it does not fall, nothing comes of it."""
     slope = jax.lax.stop_gradient(slope)
-    return root - value / jnp.where(slope < 0, slope, -jnp.inf)
+    return jnp.where(slope < 0, slope, -jnp.inf)
 
 
 def _force(model: ImpactOscillator, wall: Wall, y: State) -> Scalar:
