@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 
 from impactjax._cli.typical import parameters
 from impactjax._fit.compare import Setup, first_sight, laws_for
@@ -66,9 +67,9 @@ def _said(file: File) -> set[str]:
 
 def _turned(recording: Recording, setup: Setup, notes: list[str]) -> Recording:
     """The recording, with its sign turned if it lies on the wrong side of the stop."""
-    values = recording.values[recording.valid]
+    values = np.asarray(recording.values)[np.asarray(recording.valid)]
     turned = eqx.tree_at(lambda each: each.values, recording, -recording.values)
-    wrong = float(jnp.max(values)) < _BEYOND * abs(float(jnp.min(values)))
+    wrong = float(values.max()) < _BEYOND * abs(float(values.min()))
     if not wrong or first_sight(turned, setup).swings_freely:
         return recording
     notes.append(

@@ -33,6 +33,7 @@ class Starts(eqx.Module):
         if self.count < 1:
             raise ValueError(f"Argument `count` must be at least 1, but it is {self.count}.")
 
+    @eqx.filter_jit
     def lanes(self, problem: Problem) -> Float[Array, "lanes parameters"]:
         """The starts in the optimiser's coordinates."""
         known = handles(problem.system)

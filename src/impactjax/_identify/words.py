@@ -85,7 +85,7 @@ def _simplest(found: Directions, row: np.ndarray, error: float) -> np.ndarray:
     """
     large = np.abs(row) > 0.99 * np.abs(row).max()
     exact = row / row[np.flatnonzero(large)[-1]]
-    alone = np.array([float(found.error(unit)) for unit in jnp.eye(len(row), dtype=row.dtype)])
+    alone = np.array([float(found.error(jnp.asarray(unit))) for unit in np.eye(len(row))])
     weight = np.where(large, np.inf, np.abs(exact) * np.minimum(alone, 1e9))
     limit = max(_WORTH * error * np.linalg.norm(exact), _WELL)
     for count in range(int(large.sum()), len(row) + 1):

@@ -22,10 +22,12 @@ class Range(NamedTuple):
     excludes_low: bool  # nor at `low` itself
     known: bool  # usually measured otherwise: a fit leaves it alone unless asked
 
-    def holds(self, value: Float[Array, "..."]) -> Bool[Array, "..."]:
+    def holds(self, value: Float[Array, "..."]) -> Bool[Array | np.ndarray | np.bool, "..."]:
         """Whether a value is finite and in range."""
-        above = value > self.low if self.excludes_low else value >= self.low
-        return jnp.isfinite(value) & above & (value <= self.high)
+        # NumPy compiles nothing.
+        number = value if isinstance(value, Tracer) else np.asarray(value)
+        above = number > self.low if self.excludes_low else number >= self.low
+        return (abs(number) < math.inf) & above & (number <= self.high)
 
     def describe(self) -> str:
         """What must be, as in "must be ..."."""
@@ -88,7 +90,7 @@ def ranges(part: eqx.Module) -> dict[str, Range]:
 class Requirement(NamedTuple):
     """A condition on parameters, and the sentence to say when it does not hold."""
 
-    holds: Bool[Array, "..."]
+    holds: Bool[Array | np.ndarray | np.bool, "..."]
     sentence: str
 
 

@@ -14,6 +14,7 @@ from impactjax._fit.estimate import Estimate
 from impactjax._fit.learned import Learned
 from impactjax._fit.system import System, replaced
 from impactjax._identify.identifiability import identifiability
+from impactjax._identify.information import Information
 from impactjax._identify.restitution_band import restitution_band
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractImpactLaw
@@ -103,9 +104,14 @@ def restitution_curve(estimate: Estimate, speeds: Curve) -> tuple[Curve, Curve, 
         return None
     told = identifiability(estimate)
     middle, slopes = _sloped(estimate.problem.system, estimate.names, estimate.values, speeds)
+    return speeds, middle, 1.96 * _errors(told, slopes)
+
+
+@eqx.filter_jit
+def _errors(told: Information, slopes: Float[Array, "speeds parameters"]) -> Curve:
+    """Of a function of the contact's parameters, from its derivatives."""
     own = np.array(told.of_model)
-    errors = jax.vmap(told.directions.error)((slopes * told.scale)[:, own])
-    return speeds, middle, 1.96 * errors
+    return jax.vmap(told.directions.error)((slopes * told.scale)[:, own])
 
 
 @eqx.filter_jit
