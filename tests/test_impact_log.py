@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
+from impactjax._simulate.extremes import Bracket, falling_zero
 
 MASS, OMEGA0, GAMMA, SPEED = 0.02, 700.0, 0.2, 0.8
 
@@ -61,6 +62,23 @@ def test_their_second_derivatives():
     theirs = jax.jacfwd(jax.jacfwd(exact))(PARAMETERS)
     scale = jnp.max(jnp.abs(theirs))
     np.testing.assert_allclose(ours / scale, theirs / scale, atol=1e-9)
+
+
+def test_turning_points_have_derivatives_of_any_order():
+    """The top of a s − s⁴/4 is at s = a^(1/3), and 3/4 a^(4/3) high."""
+
+    def top(a):
+        bracket = Bracket(jnp.zeros(()), a, jnp.full((), 2.0), a - 8.0)
+        s = falling_zero(lambda a, s: a - s**3, a, bracket)
+        return jnp.stack([s, a * s - s**4 / 4])
+
+    def exact(a):
+        return jnp.stack([a ** (1 / 3), 3 / 4 * a ** (4 / 3)])
+
+    at = jnp.array(1.7)
+    for _ in range(4):
+        np.testing.assert_allclose(jax.jit(top)(at), exact(at), rtol=1e-12)
+        top, exact = jax.jacfwd(top), jax.jacfwd(exact)
 
 
 def test_a_strongly_damped_force_peaks_at_the_touch():

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, ArrayLike, Float, PyTree
 
 from impactjax._model.free_mass import FreeMass
 from impactjax._model.impact_oscillator import ImpactOscillator
@@ -17,12 +17,12 @@ from impactjax._model.stop import Stop
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import Automaton, with_internal
 from impactjax._simulate.chatter import Chatter
-from impactjax._simulate.extremes import falling_zero
+from impactjax._simulate.extremes import Bracket, falling_zero
 from impactjax._simulate.loop import Run, record_steps
 from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.replay import differentiable_path
 from impactjax._simulate.single_impact import LONGEST, time_scale
-from impactjax._simulate.state import Phase
+from impactjax._simulate.state import Mode, Phase, State
 from impactjax._types import Energy, Force, Length, Mass, Ratio, Scalar, Speed
 
 _MAX_STEPS = 512
@@ -83,9 +83,17 @@ def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar
     turns = touching & (log.y.velocity < 0) & (log.end.velocity >= 0)
     turning = jax.tree.map(lambda column: column[jnp.argmax(turns)], (path, log.mode))
     (_, y, h, end, expansion), mode = turning
-    evaluate = partial(step.evaluate, Automaton(model), mode, expansion)
-    approach, separation = -y.velocity, -end.velocity
-    turned = evaluate(falling_zero(lambda s: -evaluate(s).velocity, h, approach, separation))
+
+    def evaluate(operands: tuple[ImpactOscillator, Mode, PyTree], s: Scalar) -> State:
+        model, mode, expansion = operands
+        return step.evaluate(Automaton(model), mode, expansion, s)
+
+    def approach(operands: tuple[ImpactOscillator, Mode, PyTree], s: Scalar) -> Scalar:
+        return -evaluate(operands, s).velocity
+
+    bracket = Bracket(jnp.zeros_like(h), -y.velocity, h, -end.velocity)
+    operands = (model, mode, expansion)
+    turned = evaluate(operands, falling_zero(approach, operands, bracket))
 
     last = jnp.argmax(jnp.where(touching, log.t, -1))
     separated = jax.tree.map(lambda column: column[last], path.end)

@@ -7,7 +7,7 @@ flight, and the zero is found in it.
 
 import functools
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -27,6 +27,7 @@ from impactjax._types import Code, Scalar
 _SECANTS = 10
 _PENETRATION, _FORCE = 0, 1
 
+Operands = TypeVar("Operands", bound=PyTree)
 Slots = Int[Array, " steps"]
 PerImpact = Float[Array, " impacts"]
 PerStep = Float[Array, " steps"]
@@ -61,24 +62,22 @@ class _Sought(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """A step, the level that turns in it, and its rate at the ends."""
+    """A step, and the level that turns in it."""
 
     t: Scalar
     y: State
     mode: Mode
     expansion: PyTree
-    h: Scalar
     which: Bool[Array, "2 stops"]
-    rate: Scalar
-    end_rate: Scalar
 
 
-class _Bracket(NamedTuple):
+class Bracket(NamedTuple):
+    """An interval at whose ends a rate is above zero, and not."""
+
     low: Scalar
     at_low: Scalar
     high: Scalar
     at_high: Scalar
-    newer: Scalar  # −1 if the low end is, 1 if the high one, 0 if neither
 
 
 def extremes(
@@ -122,9 +121,8 @@ def extremes(
     if not compliant:
         return Extremes(nothing, nothing, missed)
     first, begins = _choose(touching, -path.t, slots, count)
-    at_touch = jnp.take_along_axis(ends.start[first], log.mode.stop[first][:, None, None], axis=2)[
-        ..., 0
-    ]
+    own = log.mode.stop[first][:, None, None]
+    at_touch = jnp.take_along_axis(ends.start[first], own, axis=2)[..., 0]
     at_touch = jnp.where(begins[:, None], at_touch, 0.0)
     exists, inside = (x[stops:].reshape(count, 2) for x in (every.exists, inside))
     highest = jnp.where(exists, jnp.maximum(inside, at_touch), at_touch)
@@ -161,28 +159,31 @@ def _at_turns(
 ) -> Float[Array, " slots"]:
     """The levels where they turn."""
 
-    def level(model: ImpactOscillator, place: _Place, s: Scalar) -> tuple[Scalar, Scalar]:
+    def level(operands: tuple[ImpactOscillator, _Place], s: Scalar) -> tuple[Scalar, Scalar]:
+        model, place = operands
         y = step.evaluate(Automaton(model), place.mode, place.expansion, s)
         of_all = _levels(model, place.t + s, y, place.mode)
         value, rate = (jnp.sum(x, where=place.which) for x in of_all)
         return value, rate
 
-    def peak(place: _Place) -> Scalar:
-        own = functools.partial(level, model, place)
-        plain = functools.partial(level, *jax.lax.stop_gradient((model, place)))
-        near = near_falling_zero(lambda s: plain(s)[1], place.h, place.rate, place.end_rate)
-        (value, rate), (_, slope) = jax.jvp(own, (near,), (jnp.ones_like(near),))
-        # The top of the parabola: exact derivatives, the second ones included.
-        return value - rate**2 / (2 * _falling(slope))
+    def rate(operands: tuple[ImpactOscillator, _Place], s: Scalar) -> Scalar:
+        return level(operands, s)[1]
+
+    def peak(found: tuple[_Place, Bracket]) -> Scalar:
+        place, bracket = found
+        return level((model, place), falling_zero(rate, (model, place), bracket))[0]
 
     columns = path.t, path.y, record.log.mode, path.expansion, path.h
     t, y, mode, expansion, h = jax.tree.map(lambda column: column[sought.row], columns)
-    rate, end_rate = (
+    at_start, at_end = (
         jnp.sum(x[sought.row], axis=(1, 2), where=sought.which) for x in (ends.rate, ends.end_rate)
     )
-    places = _Place(t, y, mode, expansion, h, sought.which, rate, end_rate)
+    found = (
+        _Place(t, y, mode, expansion, sought.which),
+        Bracket(jnp.zeros_like(h), at_start, h, at_end),
+    )
     slots, _, stops = sought.which.shape
-    return map_rows(peak, places, stops + 2 * record.passes, min(CHUNK, slots))
+    return map_rows(peak, found, stops + 2 * record.passes, min(CHUNK, slots))
 
 
 @jax.jit  # so that it is traced once
@@ -211,50 +212,47 @@ def _choose(
     return row, jnp.isfinite(best)
 
 
+@functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
 def falling_zero(
-    rate: Callable[[Scalar], Scalar], h: Scalar, at_start: Scalar, at_end: Scalar
+    rate: Callable[[Operands, Scalar], Scalar], operands: Operands, bracket: Bracket
 ) -> Scalar:
-    """Where a rate falls through zero within (0, h], with derivatives."""
-    near = near_falling_zero(rate, h, at_start, at_end)
-    value, slope = jax.jvp(rate, (near,), (jnp.ones_like(near),))
-    return near - value / _falling(slope)
-
-
-def near_falling_zero(
-    rate: Callable[[Scalar], Scalar], h: Scalar, at_start: Scalar, at_end: Scalar
-) -> Scalar:
-    """Where a rate falls through zero within (0, h], as a plain number: by secants in a bracket, of
-    which an end that stays twice loses weight.
+    """Where s ↦ rate(operands, s) falls through zero, by secants in a bracket, of which an end that
+    stays twice loses weight; with derivatives of any order.
 
     Source: Anderson and Björck, BIT 13, 253 (1973).
     """
 
-    def improve(_: Code, bracket: _Bracket) -> _Bracket:
-        low, at_low, high, at_high, newer = bracket
+    def improve(_: Code, state: tuple[Bracket, Scalar]) -> tuple[Bracket, Scalar]:
+        (low, at_low, high, at_high), newer = state
         s = high - at_high * (high - low) / (at_high - at_low)
         s = jnp.where((s >= low) & (s <= high), s, (low + high) / 2)
-        value = rate(s)
+        value = rate(operands, s)
         rises = value > 0
         share = 1 - value / jnp.where(rises, at_low, at_high)
         share = jnp.where(share > 0, share, 0.5)
-        return _Bracket(
+        bracket = Bracket(
             jnp.where(rises, s, low),
             jnp.where(rises, value, jnp.where(newer > 0, share * at_low, at_low)),
             jnp.where(rises, high, s),
             jnp.where(rises, jnp.where(newer < 0, share * at_high, at_high), value),
-            jnp.where(rises, -jnp.ones_like(s), jnp.ones_like(s)),
         )
+        return bracket, jnp.where(rises, -jnp.ones_like(s), jnp.ones_like(s))
 
-    zero = jnp.zeros_like(h)
-    start = jax.lax.stop_gradient(_Bracket(zero, at_start, h, at_end, zero))
-    end = jax.lax.fori_loop(0, _SECANTS, improve, start)
-    return jax.lax.stop_gradient(jnp.where(end.newer < 0, end.low, end.high))
+    start = bracket, jnp.zeros_like(bracket.low)  # no end is newer
+    end, newer = jax.lax.fori_loop(0, _SECANTS, improve, start)
+    return jnp.where(newer < 0, end.low, end.high)
 
 
-def _falling(slope: Scalar) -> Scalar:
-    """A slope to divide by, not differentiated; where it does not fall, nothing comes of it."""
-    slope = jax.lax.stop_gradient(slope)
-    return jnp.where(slope < 0, slope, -jnp.inf)
+@falling_zero.defjvp
+def _(
+    rate: Callable[[Operands, Scalar], Scalar], primals: tuple, tangents: tuple
+) -> tuple[Scalar, Scalar]:
+    (operands, _), (d_operands, _) = primals, tangents
+    zero = falling_zero(rate, *primals)
+    _, change = jax.jvp(lambda operands: rate(operands, zero), (operands,), (d_operands,))
+    _, slope = jax.jvp(lambda s: rate(operands, s), (zero,), (jnp.ones_like(zero),))
+    falls = slope < 0
+    return zero, jnp.where(falls, -change / jnp.where(falls, slope, -1.0), 0.0)
 
 
 def _force(model: ImpactOscillator, wall: Wall, y: State) -> Scalar:
