@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._simulate.extremes import Bracket, falling_zero
+from impactjax._simulate.falling_zero import Bracket, falling_zero
 
 MASS, OMEGA0, GAMMA, SPEED = 0.02, 700.0, 0.2, 0.8
 
@@ -64,12 +64,17 @@ def test_their_second_derivatives():
     np.testing.assert_allclose(ours / scale, theirs / scale, atol=1e-9)
 
 
+def turn(rate, a, high):
+    """Where a rate of the parameter a falls through zero below `high`."""
+    low, high = jnp.zeros(()), jnp.full((), high)
+    return falling_zero(rate, Bracket(low, rate(low, a), high, rate(high, a)), a)
+
+
 def test_turning_points_have_derivatives_of_any_order():
     """The top of a s − s⁴/4 is at s = a^(1/3), and 3/4 a^(4/3) high."""
 
     def top(a):
-        bracket = Bracket(jnp.zeros(()), a, jnp.full((), 2.0), a - 8.0)
-        s = falling_zero(lambda a, s: a - s**3, a, bracket)
+        s = turn(lambda s, a: a - s**3, a, 5.0)
         return jnp.stack([s, a * s - s**4 / 4])
 
     def exact(a):
@@ -79,6 +84,21 @@ def test_turning_points_have_derivatives_of_any_order():
     for _ in range(4):
         np.testing.assert_allclose(jax.jit(top)(at), exact(at), rtol=1e-12)
         top, exact = jax.jacfwd(top), jax.jacfwd(exact)
+
+
+@pytest.mark.parametrize(
+    "rate",
+    [
+        lambda s, a: a - s,
+        lambda s, a: -jnp.tanh(50 * (s - a)),
+        lambda s, a: (a - s) + 50 * (a - s) ** 3,
+        lambda s, a: (a - s) ** 3,
+        lambda s, a: jnp.exp(-20 * s) - jnp.exp(-20 * a),
+    ],
+)
+@pytest.mark.parametrize("a", [1e-9, 0.7, 1.99])
+def test_turning_points_are_found_to_rounding(rate, a):
+    np.testing.assert_allclose(jax.jit(lambda a: turn(rate, a, 2.0))(a), a, rtol=1e-12, atol=1e-15)
 
 
 def test_a_strongly_damped_force_peaks_at_the_touch():

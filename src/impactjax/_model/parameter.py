@@ -96,19 +96,16 @@ class Requirement(NamedTuple):
 
 def range_requirements(part: eqx.Module) -> list[Requirement]:
     """That each parameter of a part is in its range."""
-    return [
-        Requirement(
-            allowed.holds(getattr(part, name)), f"Argument `{name}` must be {allowed.describe()}"
-        )
-        for name, allowed in ranges(part).items()
-    ]
+    return [_in_range(name, getattr(part, name), allowed) for name, allowed in ranges(part).items()]
 
 
 def is_positive(name: str, value: Float[Array, "..."]) -> Requirement:
     """That an argument is a finite number greater than zero."""
-    return Requirement(
-        jnp.isfinite(value) & (value > 0), f"Argument `{name}` must be finite and greater than 0"
-    )
+    return _in_range(name, value, Range("", 0.0, math.inf, excludes_low=True, known=False))
+
+
+def _in_range(name: str, value: Float[Array, "..."], allowed: Range) -> Requirement:
+    return Requirement(allowed.holds(value), f"Argument `{name}` must be {allowed.describe()}")
 
 
 def raise_if_violated(owner: eqx.Module, requirements: list[Requirement]) -> None:

@@ -17,7 +17,7 @@ from impactjax._model.stop import Stop
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import Automaton, with_internal
 from impactjax._simulate.chatter import Chatter
-from impactjax._simulate.extremes import Bracket, falling_zero
+from impactjax._simulate.falling_zero import Bracket, falling_zero
 from impactjax._simulate.loop import Run, record_steps
 from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.replay import differentiable_path
@@ -84,16 +84,14 @@ def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar
     turning = jax.tree.map(lambda column: column[jnp.argmax(turns)], (path, log.mode))
     (_, y, h, end, expansion), mode = turning
 
-    def evaluate(operands: tuple[ImpactOscillator, Mode, PyTree], s: Scalar) -> State:
-        model, mode, expansion = operands
+    def evaluate(s: Scalar, parameters: tuple[ImpactOscillator, Mode, PyTree]) -> State:
+        model, mode, expansion = parameters
         return step.evaluate(Automaton(model), mode, expansion, s)
 
-    def approach(operands: tuple[ImpactOscillator, Mode, PyTree], s: Scalar) -> Scalar:
-        return -evaluate(operands, s).velocity
-
     bracket = Bracket(jnp.zeros_like(h), -y.velocity, h, -end.velocity)
-    operands = (model, mode, expansion)
-    turned = evaluate(operands, falling_zero(approach, operands, bracket))
+    contact = model, mode, expansion
+    turn = falling_zero(lambda s, contact: -evaluate(s, contact).velocity, bracket, contact)
+    turned = evaluate(turn, contact)
 
     last = jnp.argmax(jnp.where(touching, log.t, -1))
     separated = jax.tree.map(lambda column: column[last], path.end)

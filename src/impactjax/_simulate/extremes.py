@@ -6,8 +6,7 @@ flight, and the zero is found in it.
 """
 
 import functools
-from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -17,17 +16,16 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractForceLaw
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.chunks import CHUNK, map_rows
+from impactjax._simulate.falling_zero import Bracket, falling_zero
 from impactjax._simulate.flow import Wall, contact_force, walls
 from impactjax._simulate.loop import Record
 from impactjax._simulate.replay import Path
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep
-from impactjax._types import Code, Scalar
+from impactjax._types import Flag, Scalar
 
-_SECANTS = 10
 _PENETRATION, _FORCE = 0, 1
 
-Operands = TypeVar("Operands", bound=PyTree)
 Slots = Int[Array, " steps"]
 PerImpact = Float[Array, " impacts"]
 PerStep = Float[Array, " steps"]
@@ -62,22 +60,14 @@ class _Sought(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """A step, and the level that turns in it."""
+    """A step, and which level turns in it, if any does."""
 
     t: Scalar
     y: State
     mode: Mode
     expansion: PyTree
+    exists: Flag
     which: Bool[Array, "2 stops"]
-
-
-class Bracket(NamedTuple):
-    """An interval at whose ends a rate is above zero, and not."""
-
-    low: Scalar
-    at_low: Scalar
-    high: Scalar
-    at_high: Scalar
 
 
 def extremes(
@@ -159,28 +149,27 @@ def _at_turns(
 ) -> Float[Array, " slots"]:
     """The levels where they turn."""
 
-    def level(operands: tuple[ImpactOscillator, _Place], s: Scalar) -> tuple[Scalar, Scalar]:
-        model, place = operands
+    def level(s: Scalar, parameters: tuple[ImpactOscillator, _Place]) -> tuple[Scalar, Scalar]:
+        model, place = parameters
         y = step.evaluate(Automaton(model), place.mode, place.expansion, s)
         of_all = _levels(model, place.t + s, y, place.mode)
         value, rate = (jnp.sum(x, where=place.which) for x in of_all)
-        return value, rate
-
-    def rate(operands: tuple[ImpactOscillator, _Place], s: Scalar) -> Scalar:
-        return level(operands, s)[1]
+        return value, jnp.where(place.exists, rate, -s)  # harmless where nothing turns
 
     def peak(found: tuple[_Place, Bracket]) -> Scalar:
         place, bracket = found
-        return level((model, place), falling_zero(rate, (model, place), bracket))[0]
+        turn = falling_zero(lambda s, parameters: level(s, parameters)[1], bracket, (model, place))
+        return level(turn, (model, place))[0]
 
     columns = path.t, path.y, record.log.mode, path.expansion, path.h
     t, y, mode, expansion, h = jax.tree.map(lambda column: column[sought.row], columns)
     at_start, at_end = (
         jnp.sum(x[sought.row], axis=(1, 2), where=sought.which) for x in (ends.rate, ends.end_rate)
     )
+    high = jnp.where(sought.exists, h, 0.0)
     found = (
-        _Place(t, y, mode, expansion, sought.which),
-        Bracket(jnp.zeros_like(h), at_start, h, at_end),
+        _Place(t, y, mode, expansion, sought.exists, sought.which),
+        Bracket(jnp.zeros_like(h), at_start, high, at_end),
     )
     slots, _, stops = sought.which.shape
     return map_rows(peak, found, stops + 2 * record.passes, min(CHUNK, slots))
@@ -210,49 +199,6 @@ def _choose(
     numbers = jnp.arange(score.shape[0], dtype=jnp.int32)
     row = jnp.zeros(count, jnp.int32).at[jnp.where(wins, slots, count)].set(numbers, mode="drop")
     return row, jnp.isfinite(best)
-
-
-@functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def falling_zero(
-    rate: Callable[[Operands, Scalar], Scalar], operands: Operands, bracket: Bracket
-) -> Scalar:
-    """Where s ↦ rate(operands, s) falls through zero, by secants in a bracket, of which an end that
-    stays twice loses weight; with derivatives of any order.
-
-    Source: Anderson and Björck, BIT 13, 253 (1973).
-    """
-
-    def improve(_: Code, state: tuple[Bracket, Scalar]) -> tuple[Bracket, Scalar]:
-        (low, at_low, high, at_high), newer = state
-        s = high - at_high * (high - low) / (at_high - at_low)
-        s = jnp.where((s >= low) & (s <= high), s, (low + high) / 2)
-        value = rate(operands, s)
-        rises = value > 0
-        share = 1 - value / jnp.where(rises, at_low, at_high)
-        share = jnp.where(share > 0, share, 0.5)
-        bracket = Bracket(
-            jnp.where(rises, s, low),
-            jnp.where(rises, value, jnp.where(newer > 0, share * at_low, at_low)),
-            jnp.where(rises, high, s),
-            jnp.where(rises, jnp.where(newer < 0, share * at_high, at_high), value),
-        )
-        return bracket, jnp.where(rises, -jnp.ones_like(s), jnp.ones_like(s))
-
-    start = bracket, jnp.zeros_like(bracket.low)  # no end is newer
-    end, newer = jax.lax.fori_loop(0, _SECANTS, improve, start)
-    return jnp.where(newer < 0, end.low, end.high)
-
-
-@falling_zero.defjvp
-def _(
-    rate: Callable[[Operands, Scalar], Scalar], primals: tuple, tangents: tuple
-) -> tuple[Scalar, Scalar]:
-    (operands, _), (d_operands, _) = primals, tangents
-    zero = falling_zero(rate, *primals)
-    _, change = jax.jvp(lambda operands: rate(operands, zero), (operands,), (d_operands,))
-    _, slope = jax.jvp(lambda s: rate(operands, s), (zero,), (jnp.ones_like(zero),))
-    falls = slope < 0
-    return zero, jnp.where(falls, -change / jnp.where(falls, slope, -1.0), 0.0)
 
 
 def _force(model: ImpactOscillator, wall: Wall, y: State) -> Scalar:
