@@ -68,7 +68,7 @@ def _said(file: File) -> set[str]:
 def _turned(recording: Recording, setup: Setup, notes: list[str]) -> Recording:
     """The recording, with its sign turned if it lies on the wrong side of the stop."""
     values = np.asarray(recording.values)[np.asarray(recording.valid)]
-    turned = eqx.tree_at(lambda each: each.values, recording, -recording.values)
+    turned = eqx.tree_at(lambda each: each.values, recording, -np.asarray(recording.values))
     wrong = float(values.max()) < _BEYOND * abs(float(values.min()))
     if not wrong or first_sight(turned, setup).swings_freely:
         return recording
@@ -185,7 +185,9 @@ def _check_values(file: File, oscillator: str, sensor: Sensor, laws: Sequence[st
     given, free = {**file.sidecar.start, **file.sidecar.fixed}, file.sidecar.fit.free
     tried = laws or file.sidecar.system.laws or USUAL_LAWS
     tried = [law for law in tried if law in LAWS]
-    known = parameters(oscillator, [NO_LAW, *LAWS, *tried]) if given or free else {}
+    known = parameters(oscillator, [NO_LAW, *tried])
+    if not known.keys() >= {*given, *free}:
+        known = parameters(oscillator, [NO_LAW, *LAWS]) | known
     of_sensor = [ranges(part) for part in (sensor, sensor.low_pass) if part is not None]
     for name in free:
         if name not in known and not any(name in each for each in of_sensor):

@@ -73,7 +73,7 @@ def first_sight(recording: AnyRecording, setup: Setup, dry: bool = False) -> Fir
     given = {**setup.start, **setup.fixed}
     if isinstance(recording, Recording) and setup.sensor is not None:
         offset = given.get("offset", setup.sensor.offset)
-        values = (recording.values - offset) / given.get("gain", setup.sensor.gain)
+        values = (np.asarray(recording.values) - offset) / given.get("gain", setup.sensor.gain)
         recording = eqx.tree_at(lambda each: each.values, recording, values)
     return first_estimates(recording, oscillator, given.get("gap", 0.0))
 

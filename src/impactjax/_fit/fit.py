@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import jax.numpy as jnp
+import numpy as np
 from jax.core import Tracer
 
 from impactjax._fit.estimate import Estimate, P
@@ -81,8 +82,8 @@ def best_from(
     problem: P, lanes: Lanes, optimiser: LevenbergMarquardt, search: Search = search
 ) -> Estimate[P]:
     """The estimate of the best of searches from some starts in the optimiser's coordinates."""
-    parts = jnp.stack([problem.first(share) for share in optimiser.horizons])
-    minima = search(problem, optimiser, lanes, jnp.ones(lanes.shape, bool), parts)
+    everything = jnp.asarray(np.ones(lanes.shape, bool))
+    minima = search(problem, optimiser, lanes, everything, problem.parts(optimiser.horizons))
     return summarise(problem, best_of(minima), minima.quadratic.cost)
 
 

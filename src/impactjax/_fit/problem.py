@@ -7,7 +7,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from impactjax._fit.levenberg_marquardt import Matrix, Quadratic, Vector
 from impactjax._fit.loss import AbstractLoss, Squares
@@ -106,7 +106,12 @@ class AbstractProblem(eqx.Module):
     @property
     def observations(self) -> Int[Array, ""]:
         """How many residuals count."""
-        return jnp.sum(self.valid)
+        return jnp.sum(self.valid, axis=-1)
+
+    @eqx.filter_jit
+    def parts(self, shares: tuple[float, ...]) -> Bool[Array, "parts observations"]:
+        """Which residuals count in each first part of the time."""
+        return jnp.stack([self.first(share) for share in shares])
 
     def values(self, u: Vector) -> Vector:
         """Natural values from the optimiser's unbounded numbers."""

@@ -49,14 +49,15 @@ def profiled(
         for walk, rise in zip(going, rises, strict=True):
             walk.learn(float(rise))
     below, above = walks[::2], walks[1::2]
-    low = [walk.end(allowed.low) for walk, allowed in zip(below, ranges, strict=True)]
-    high = [walk.end(allowed.high) for walk, allowed in zip(above, ranges, strict=True)]
+    low = np.array([walk.end(each.low) for walk, each in zip(below, ranges, strict=True)])
+    high = np.array([walk.end(each.high) for walk, each in zip(above, ranges, strict=True)])
     kinds = (Verdict.NOT_IDENTIFIED, Verdict.ONE_SIDED, Verdict.IDENTIFIED)
-    verdicts = [kinds[a.bounded + b.bounded] for a, b in zip(below, above, strict=True)]
+    sides = [a.bounded + b.bounded for a, b in zip(below, above, strict=True)]
+    verdicts = np.array([kinds[each] for each in sides], np.int32)
     return eqx.tree_at(
         lambda each: (each.low, each.high, each.verdicts),
         estimate,
-        (jnp.asarray(low), jnp.asarray(high), jnp.asarray(verdicts, jnp.int32)),
+        (jnp.asarray(low), jnp.asarray(high), jnp.asarray(verdicts)),
     )
 
 
@@ -124,8 +125,8 @@ class _Walk:
 
 def _begin(estimate: Estimate, ranges: list[Range], parameter: int, side: int) -> _Walk:
     allowed = ranges[parameter]
-    centre = float(estimate.values[parameter])
-    error = float(estimate.standard_errors[parameter])
+    centre = float(np.asarray(estimate.values)[parameter])
+    error = float(np.asarray(estimate.standard_errors)[parameter])
     error = error if math.isfinite(error) else max(abs(centre), 1e-6)
     logarithmic = allowed.excludes_low and allowed.low == 0 and error > centre / 2
     room = (centre - allowed.low) if side < 0 else (allowed.high - centre)
@@ -150,16 +151,16 @@ def _rises(
     starts = np.array([_start(estimate, ranges, w, v) for w, v in zip(walks, held, strict=True)])
     active = np.ones(starts.shape, bool)
     active[np.arange(len(walks)), [walk.parameter for walk in walks]] = False
-    unbounded = np.asarray(estimate.problem.unbounded(jnp.asarray(starts)))
     # The others start close: each part is the whole. As many as elsewhere, so nothing is compiled.
-    whole = jnp.tile(estimate.problem.valid, (len(optimiser.horizons), 1))
+    valid = np.asarray(estimate.problem.valid)
+    whole = jnp.asarray(np.tile(valid, (len(optimiser.horizons), 1)))
     costs = []
     for begin in range(0, len(walks), lanes):
         rows = np.minimum(np.arange(begin, begin + lanes), len(walks) - 1)
         minima = search(
             estimate.problem,
             optimiser,
-            jnp.asarray(unbounded[rows]),
+            estimate.problem.unbounded(jnp.asarray(starts[rows])),
             jnp.asarray(active[rows]),
             whole,
         )

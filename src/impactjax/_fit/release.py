@@ -31,7 +31,8 @@ def release(recording: AnyRecording, seen: FirstEstimates) -> tuple[float, float
     half = _half_period(recording, seen)
     if half is None or not isinstance(recording, Recording):
         return None
-    ts = np.linspace(float(recording.ts[0]), float(recording.ts[-1]), recording.ts.shape[0])
+    ts = np.asarray(recording.ts)
+    ts = np.linspace(ts[0], ts[-1], ts.size)
     interval = float(ts[1] - ts[0])
     width = max(int(half / 5 / interval), 7) | 1
     longer = max(int(half / 4 / interval), 3) | 1

@@ -7,7 +7,7 @@ from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from impactjax._measure.quantity import AbstractQuantity
-from impactjax._model.parameter import as_parameter
+from impactjax._model.parameter import as_parameter, plain
 from impactjax._types import Samples
 
 Valid = Bool[Array, " observations"]
@@ -49,7 +49,7 @@ class Recording(eqx.Module):
         _check_list("ts", self.ts, self.ts.shape)
         _check_list("values", self.values, self.ts.shape)
         _check_increasing("ts", self.ts)
-        self.valid = jnp.isfinite(self.values) & _as_mask(valid, self.ts.shape)
+        self.valid = _counted(self.values, valid)
 
     def between(self, begin: float, end: float) -> "Recording":
         """The samples from one time to another [s]."""
@@ -103,11 +103,12 @@ class ImpactTimes(eqx.Module):
     def __init__(self, times: ArrayLike, valid: ArrayLike | None = None) -> None:
         self.times = as_parameter(times)
         _check_list("times", self.times, self.times.shape)
-        self.valid = jnp.isfinite(self.times) & _as_mask(valid, self.times.shape)
+        self.valid = _counted(self.times, valid)
         if not isinstance(self.times, Tracer):
-            if not jnp.isfinite(self.times[0]):
+            times = np.asarray(self.times)
+            if not np.isfinite(times[0]):
                 raise ValueError("The first of the impact times has to be known: begin with it.")
-            _check_increasing("times", self.times[jnp.isfinite(self.times)])
+            _check_increasing("times", times[np.isfinite(times)])
 
     @property
     def last(self) -> Float[Array, ""]:
@@ -140,7 +141,7 @@ def _check_list(name: str, values: Array, shape: tuple[int, ...]) -> None:
         )
 
 
-def _check_increasing(name: str, times: Array) -> None:
+def _check_increasing(name: str, times: Array | np.ndarray) -> None:
     if isinstance(times, Tracer):
         return
     wrong = ~(np.diff(np.asarray(times)) > 0)
@@ -152,13 +153,14 @@ def _check_increasing(name: str, times: Array) -> None:
         )
 
 
-def _as_mask(valid: ArrayLike | None, shape: tuple[int, ...]) -> Valid:
+def _counted(values: Array, valid: ArrayLike | None) -> Valid:
+    finite = abs(plain(values)) < np.inf
     if valid is None:
-        return jnp.ones(shape, bool)
-    mask = jnp.asarray(valid)
-    if mask.dtype != bool or mask.shape != shape:
+        return jnp.asarray(finite)
+    mask = plain(jnp.asarray(valid))
+    if mask.dtype != bool or mask.shape != values.shape:
         raise ValueError(
-            f"Argument `valid` must be true or false for each of {shape[0]} observations, but it "
-            f"is {mask.dtype} of shape {mask.shape}."
+            f"Argument `valid` must be true or false for each of {len(values)} observations, but "
+            f"it is {mask.dtype} of shape {mask.shape}."
         )
-    return mask
+    return jnp.asarray(finite & mask)

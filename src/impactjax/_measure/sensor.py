@@ -13,6 +13,7 @@ from impactjax._model.parameter import (
     as_parameter,
     is_positive,
     parameter,
+    plain,
     raise_if_violated,
     range_requirements,
 )
@@ -58,7 +59,7 @@ class Sensor(eqx.Module):
 
     def __check_init__(self) -> None:
         requirements = [
-            Requirement(self.gain != 0, "Argument `gain` must not be zero"),
+            Requirement(plain(self.gain) != 0, "Argument `gain` must not be zero"),
             *range_requirements(self),
         ]
         for name, size in (("sigma", self.sigma), ("quantisation", self.quantisation)):

@@ -43,6 +43,7 @@ def decay(gamma: Ratio, duration: Ratio) -> Ratio:
     return jnp.where(endless, 0, jnp.exp(-gamma * jnp.where(endless, 0, duration)))
 
 
+@jax.jit
 def damping_ratio(r: Ratio) -> Ratio:
     """γ = −ln r/√(π² + ln² r), the inverse of r = exp(−π γ/√(1 − γ²)) (3.43)."""
     loss = jnp.log(r)

@@ -24,8 +24,7 @@ class Range(NamedTuple):
 
     def holds(self, value: Float[Array, "..."]) -> Bool[Array | np.ndarray | np.bool, "..."]:
         """Whether a value is finite and in range."""
-        # NumPy compiles nothing.
-        number = value if isinstance(value, Tracer) else np.asarray(value)
+        number = plain(value)
         above = number > self.low if self.excludes_low else number >= self.low
         return (abs(number) < math.inf) & above & (number <= self.high)
 
@@ -71,6 +70,11 @@ def as_parameter(value: ArrayLike) -> Float[Array, "..."]:
     if not jnp.issubdtype(array.dtype, jnp.inexact):
         array = array.astype(jnp.result_type(float))
     return array
+
+
+def plain(value: Float[Array, "..."]) -> Float[Array | np.ndarray, "..."]:
+    """A known number as NumPy's, with which no operation is compiled."""
+    return value if isinstance(value, Tracer) else np.asarray(value)
 
 
 def as_optional_parameter(value: ArrayLike | None) -> Float[Array, "..."] | None:

@@ -40,7 +40,7 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted]) -> "Axes":
     the laws and their 95 % bands. A law without a closed form is a line through its impacts.
     """
     fastest = max(float(np.max(_impacts(each.estimate.impacts)[0], initial=0)) for each in fits)
-    speeds = jnp.linspace(1e-3, 1.05, _POINTS) * fastest
+    speeds = jnp.asarray(np.linspace(1e-3, 1.05, _POINTS) * fastest)
     for fitted, color in zip(fits, LAWS, strict=False):
         _draw(ax, fitted.estimate, speeds, fitted.law, color)
     return _framed(ax, 2 if len(fits) > 3 else 1)
@@ -60,7 +60,7 @@ def plot_learned_restitution(
     """
     at, ratios = _impacts(learned.impacts)
     ax.plot(at, ratios, "o", color=LAWS[0], markersize=4, label="learned")
-    speeds = jnp.linspace(float(at.min()), float(at.max()), _POINTS)
+    speeds = jnp.asarray(np.linspace(at.min(), at.max(), _POINTS))
     middle, errors = (np.asarray(each) for each in restitution_band(learned, speeds))
     _band(ax, np.asarray(speeds), middle, 1.96 * errors, LAWS[0])
     for estimate, color in zip(others, LAWS[1:], strict=False):
@@ -137,5 +137,5 @@ def _sloped(
 
 def _impacts(log: ImpactLog) -> tuple[np.ndarray, np.ndarray]:
     """Approach speeds and restitutions of the complete impacts."""
-    shown = np.asarray(log.happened & log.complete)
+    shown = np.flatnonzero(np.asarray(log.complete)[: int(log.count)])
     return np.asarray(log.approach_speed)[shown], np.asarray(log.restitution)[shown]
