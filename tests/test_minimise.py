@@ -2,13 +2,15 @@
 
 import math
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import impactjax as ij
 from estimates import swing
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Quadratic, minimise
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.minimiser import Bounds, Minimiser, Objective, Quadratic
 from impactjax._fit.transform import to_range, to_unbounded
 from impactjax._model.parameter import Range
 
@@ -43,20 +45,16 @@ def test_of_two_that_show_only_together_the_weaker_does_not_run_away(slope):
     """One equation, u₀ + s u₁ = 1: scaled by curvature alone u₁ would be 1/2 s."""
     row = jnp.array([1.0, slope])
 
-    def expand(u):
-        left = row @ u - 1
-        outer = row[:, None] * row[None, :]
-        return Quadratic(left**2 / 2, left * row, outer, outer, ())
+    def around(u, left, part):
+        return Quadratic(left**2 / 2, left * row, row[:, None] * row[None, :])
 
-    found = minimise(
+    minimiser = Minimiser(
         LevenbergMarquardt(),
-        expand,
-        jnp.zeros(2),
-        jnp.ones(2, bool),
-        jnp.full(2, jnp.inf),
-        jnp.ones(2),
-        jnp.asarray(1e-8),
+        Objective(lambda u: row @ u - 1, around, lambda u: u, jnp.array([1e-8])),
+        Bounds(jnp.ones(2, bool), jnp.full(2, jnp.inf), jnp.ones(2)),
     )
+    begin = minimiser.begin(jnp.zeros(2))
+    found = jax.lax.while_loop(lambda each: ~each.ended, minimiser.go_on, begin).minimum
     assert bool(found.converged)
     assert float(row @ found.u) == pytest.approx(1.0, abs=1e-3)
     assert np.all(np.abs(found.u) < 4)

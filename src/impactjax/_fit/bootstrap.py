@@ -6,7 +6,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key
 
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Vector
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.minimiser import Vector
 from impactjax._fit.problem import AbstractProblem, Residuals
 from impactjax._fit.search import search
 
@@ -82,7 +83,7 @@ def _refits(
 ) -> tuple[Float[Array, "replicates parameters"], Bool[Array, " replicates"]]:
     problem = estimate.problem
     start = problem.unbounded(estimate.values)
-    parts = jnp.stack([problem.first(share) for share in optimiser.horizons])
+    parts = problem.parts(optimiser.horizons)
 
     def refit(key: Key[Array, ""]) -> tuple[Vector, Bool[Array, ""]]:
         simulated = _simulated(problem, estimate.residuals, key)

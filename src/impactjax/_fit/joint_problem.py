@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Key
 
-from impactjax._fit.levenberg_marquardt import Matrix, Vector
 from impactjax._fit.loss import AbstractLoss, Residuals
+from impactjax._fit.minimiser import Matrix, Vector
 from impactjax._fit.noise import AbstractNoise, Jacobian, Scores
 from impactjax._fit.problem import AbstractProblem, Answer, Assumed, Problem
 from impactjax._fit.system import Handle
@@ -76,11 +76,6 @@ class JointProblem(AbstractProblem):
     def valid(self) -> Valid:
         known = jnp.ones(len(self.priors), bool)
         return jnp.concatenate([*(each.valid for each in self.problems), known])
-
-    def over(self, valid: Valid) -> "JointProblem":
-        parts = _blocks(valid, self._lengths)
-        problems = [each.over(part) for each, part in zip(self.problems, parts, strict=False)]
-        return eqx.tree_at(lambda each: each.problems, self, tuple(problems))
 
     def first(self, share: float) -> Bool[Array, " observations"]:
         known = jnp.ones(len(self.priors), bool)

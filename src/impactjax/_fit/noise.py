@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, Key
 
-from impactjax._fit.levenberg_marquardt import Matrix
+from impactjax._fit.minimiser import Matrix
 from impactjax._types import Scalar
 
 Scores = Float[Array, " observations"]

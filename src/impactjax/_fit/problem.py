@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from impactjax._fit.levenberg_marquardt import Matrix, Quadratic, Vector
 from impactjax._fit.loss import AbstractLoss, Squares
+from impactjax._fit.minimiser import Matrix, Quadratic, Vector
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.system import Handle, System, handles, replaced
 from impactjax._fit.transform import to_range, to_unbounded
@@ -70,10 +70,6 @@ class AbstractProblem(eqx.Module):
         """Which residuals count."""
 
     @abc.abstractmethod
-    def over(self, valid: Valid) -> "AbstractProblem":
-        """The problem with other residuals counted."""
-
-    @abc.abstractmethod
     def first(self, share: float) -> Valid:
         """Which residuals count in the first part of the time."""
 
@@ -127,18 +123,16 @@ class AbstractProblem(eqx.Module):
         ]
         return jnp.stack(each, axis=-1)
 
-    def expand(self, u: Vector) -> Quadratic[Answer]:
-        """The cost around a point."""
-        values, slopes = jax.jvp(self.values, (u,), (jnp.ones_like(u),))
-        answer = self.answer(values)
-        cost, gradient, information = around(self.assumed().loss, answer)
-        return Quadratic(
-            cost=cost,
-            gradient=gradient * slopes,
-            curvature=information * slopes[:, None] * slopes[None, :],
-            information=information,
-            answer=answer,
+    def around(self, u: Vector, answer: Answer, valid: Valid) -> Quadratic:
+        """The cost of some of the residuals around a point, in the optimiser's coordinates."""
+        _, slopes = jax.jvp(self.values, (u,), (jnp.ones_like(u),))
+        assert answer.jacobian is not None
+        some = answer._replace(
+            residuals=jnp.where(valid, answer.residuals, 0.0),
+            jacobian=jnp.where(valid[:, None], answer.jacobian, 0.0),
         )
+        cost, gradient, curvature = around(self.assumed().loss, some)
+        return Quadratic(cost, gradient * slopes, curvature * slopes[:, None] * slopes[None, :])
 
 
 def around(loss: AbstractLoss, answer: Answer) -> tuple[Scalar, Vector, Matrix]:
@@ -177,9 +171,6 @@ class Problem(AbstractProblem):
     @property
     def valid(self) -> Valid:
         return self.recording.valid
-
-    def over(self, valid: Valid) -> "Problem":
-        return eqx.tree_at(lambda each: each.recording.valid, self, valid)
 
     def first(self, share: float) -> Valid:
         return self.recording.first(share).valid

@@ -6,10 +6,12 @@ from typing import TypeAlias
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, PyTree
 
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt, Minimum, Vector, minimise
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.minimiser import Bounds, Minimiser, Minimum, Objective, Vector
 from impactjax._fit.problem import AbstractProblem, Answer
+from impactjax._fit.queue import Iteration, in_turn
 from impactjax._fit.transform import farthest_move
 
 _EARLY = 1e-3  # relative decrease at which a part of the record is fitted well enough
@@ -32,26 +34,43 @@ def search(
     """A minimum from each start, in the optimiser's coordinates, over one part of the observations
     after the other; the last part is the whole. What the others leave open stays near its start.
     """
+    arrays, other = eqx.partition((problem, parts), eqx.is_array)
+
+    @jax.jit  # so that it is traced once
+    def answered(arrays: PyTree, u: Vector) -> Answer:
+        problem, _ = eqx.combine(arrays, other)
+        return problem.answer(problem.values(u))
+
+    def minimiser(arrays: PyTree, lane: tuple[Vector, Active]) -> Minimiser[Answer]:
+        (problem, parts), (start, on) = eqx.combine(arrays, other), lane
+        objective = Objective(
+            answer=lambda u: answered(arrays, u),
+            around=lambda u, answer, part: problem.around(u, answer, parts[part]),
+            onwards=lambda u: _unstuck(problem, u, start),
+            reductions=jnp.full(len(parts), _EARLY, lanes.dtype).at[-1].set(optimiser.reduction),
+        )
+        reach = _reach(problem, start)
+        return Minimiser(
+            optimiser, objective, Bounds(on, reach, _usual_moves(problem, start, reach))
+        )
+
+    iteration = Iteration(
+        begin=lambda arrays, lane: minimiser(arrays, lane).begin(lane[0]),
+        go_on=lambda arrays, lane, state: minimiser(arrays, lane).go_on(state),
+        ended=lambda state: state.ended,
+        result=lambda state: state.minimum,
+    )
+    return in_turn(iteration, arrays, (lanes, active))
+
+
+def _unstuck(problem: AbstractProblem, u: Vector, start: Vector) -> Vector:
+    """Parameters that have come to the flat end of a range begin anew."""
+    return jnp.where(_slopes(problem, u) < _FLAT * _slopes(problem, start), start, u)
+
+
+def _reach(problem: AbstractProblem, start: Vector) -> Vector:
     known = problem.handles()
-    reach = jnp.array([farthest_move(known[name].allowed) for name in problem.names], lanes.dtype)
-    reductions = jnp.full(parts.shape[0], _EARLY, lanes.dtype).at[-1].set(optimiser.reduction)
-
-    def one(start: Vector, on: Active) -> Minimum[Answer]:
-        usual = _usual_moves(problem, start, reach)
-
-        def fit_part(u: Vector, part: tuple[Array, Array]) -> tuple[Vector, Minimum[Answer]]:
-            valid, reduction = part
-            u = jnp.where(_slopes(problem, u) < _FLAT * _slopes(problem, start), start, u)
-            minimum = minimise(
-                optimiser, problem.over(valid).expand, u, on, reach, usual, reduction
-            )
-            return minimum.u, minimum
-
-        _, minima = jax.lax.scan(fit_part, start, (parts, reductions))
-        last = jax.tree.map(lambda x: x[-1], minima)
-        return eqx.tree_at(lambda each: each.iterations, last, jnp.sum(minima.iterations))
-
-    return jax.vmap(one)(lanes, active)
+    return jnp.array([farthest_move(known[name].allowed) for name in problem.names], start.dtype)
 
 
 def _slopes(problem: AbstractProblem, u: Vector) -> Vector:

@@ -7,7 +7,7 @@ from jaxtyping import Array
 from scipy import special
 
 from impactjax._fit.estimate import Estimate, P
-from impactjax._fit.levenberg_marquardt import Minimum
+from impactjax._fit.minimiser import Minimum
 from impactjax._fit.problem import AbstractProblem, Answer
 from impactjax._fit.verdict import Verdict
 from impactjax._types import Scalar
@@ -19,7 +19,7 @@ _NORMAL = float(special.ndtri(0.975))
 @eqx.filter_jit
 def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estimate[P]:
     """The estimate that a minimum stands for, in the approximation of small errors."""
-    residuals, jacobian = minimum.quadratic.answer.residuals, minimum.quadratic.answer.jacobian
+    residuals, jacobian = minimum.answer.residuals, minimum.answer.jacobian
     assert jacobian is not None
     loss, noise = problem.assumed()
     count, p = problem.observations, len(problem.names)
@@ -65,7 +65,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         verdicts=verdicts((low > lowest) & converged, (high < highest) & converged),
         residuals=residuals,
         jacobian=jacobian,
-        impacts=minimum.quadratic.answer.impacts,
+        impacts=minimum.answer.impacts,
         rms=jnp.where(simulated, jnp.sqrt(jnp.sum(residuals**2) / n), jnp.inf),
         aic=2 * found - 2 * likelihood,
         bic=jnp.log(n) * found - 2 * likelihood,

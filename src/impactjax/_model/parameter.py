@@ -72,7 +72,7 @@ def as_parameter(value: ArrayLike) -> Float[Array, "..."]:
     return array
 
 
-def plain(value: Float[Array, "..."]) -> Float[Array | np.ndarray, "..."]:
+def plain(value: Array) -> Array | np.ndarray:
     """A known number as NumPy's, with which no operation is compiled."""
     return value if isinstance(value, Tracer) else np.asarray(value)
 
