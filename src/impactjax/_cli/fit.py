@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
-import jax
 import typer
 from rich.console import Console
 from rich.markup import escape
@@ -145,8 +144,7 @@ def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
                 )
             except ValueError as error:
                 raise Refusal(f"{path}: {error}") from error
-            plain = jax.device_get(found)  # to take NumPy's numbers apart compiles nothing
-            fits += [(str(path), fitted) for fitted in plain]
+            fits += [(str(path), fitted) for fitted in found]
     return fits
 
 

@@ -132,7 +132,7 @@ def _begin(estimate: Estimate, ranges: list[Range], parameter: int, side: int) -
     room = (centre - allowed.low) if side < 0 else (allowed.high - centre)
     farthest = math.inf if logarithmic else room / error
     limit = float(special.stdtrit(float(estimate.freedom), 0.975))
-    limit *= max(float(estimate.inflation[parameter]), 1.0)
+    limit *= max(float(np.asarray(estimate.inflation)[parameter]), 1.0)
     walk = _Walk(parameter, side, centre, error, logarithmic, farthest, limit)
     walk.done = farthest <= 0 or not math.isfinite(float(estimate.rms))
     return walk

@@ -94,6 +94,19 @@ class _Queue(NamedTuple):
     results: PyTree  # and a last row for what is no result
 
 
+def _kept(results: R, rows: Int[Array, " slots"], found: R) -> R:
+    """The results with what was found in some rows, written one after the other in place."""
+
+    def write(slot: Int[Array, ""], results: R) -> R:
+        return jax.tree.map(
+            lambda x, new: jax.lax.dynamic_update_index_in_dim(x, new[slot], rows[slot], 0),
+            results,
+            found,
+        )
+
+    return jax.lax.fori_loop(0, rows.size, write, results)
+
+
 def _run(
     iteration: Iteration[Data, Lane, S, R], data: Data, of: Int[Array, " lanes"], lanes: Lane
 ) -> R:
@@ -115,16 +128,7 @@ def _run(
         states = jax.vmap(go_on)(jnp.minimum(lane, count - 1), states)
         ended = jax.vmap(iteration.ended)(states)
         found = jax.vmap(iteration.result)(states)
-        rows = jnp.where(ended, lane, count)
-
-        def kept(slot: Int[Array, ""], results: R) -> R:
-            return jax.tree.map(
-                lambda x, new: jax.lax.dynamic_update_index_in_dim(x, new[slot], rows[slot], 0),
-                results,
-                found,
-            )
-
-        results = jax.lax.fori_loop(0, lane.size, kept, results)
+        results = _kept(results, jnp.where(ended, lane, count), found)
         lane = jnp.where(ended, following + jnp.cumsum(ended, dtype=jnp.int32) - 1, lane)
         fresh = jax.vmap(begin)(jnp.minimum(lane, count - 1))
         states = jax.tree.map(

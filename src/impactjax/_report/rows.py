@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Sequence
 
+import jax
 import numpy as np
 
 from impactjax._fit.compare import Fitted
@@ -67,7 +68,7 @@ def parameter_rows(estimate: Estimate) -> list[Row]:
 
 def impact_rows(estimate: Estimate) -> list[Row]:
     """A row an impact of the fitted motion; the first forty."""
-    log = estimate.impacts
+    log = jax.device_get(estimate.impacts)  # to take NumPy's numbers apart compiles nothing
     count = min(int(log.count), _MOST_IMPACTS)
     mass = float(estimate.system.model.oscillator.mass)
     rows = []

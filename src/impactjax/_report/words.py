@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import jax
 import numpy as np
 
 from impactjax._fit.compare import Fitted, behind, misfit
@@ -44,7 +43,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
         found.append(coupling(told))
     found += _at_the_floor(best.estimate, unit, factor)
     found += _beyond_the_noise(best.estimate)
-    residuals = jax.device_get(residuality(best.estimate))
+    residuals = residuality(best.estimate)
     if not bool(residuals.independent):
         found.append(_independence(best.estimate, residuals))
     return found
@@ -142,7 +141,7 @@ def residual_sentences(estimate: Estimate) -> list[str]:
     """Whether the residuals are what a good law leaves: independent, of one size, normal."""
     if not was_simulated(estimate):
         return ["Nothing could be simulated, so there are no residuals."]
-    found = jax.device_get(residuality(estimate))
+    found = residuality(estimate)
     said = [_independence(estimate, found), *_after_impacts(estimate, found)]
     if float(found.abnormal) < 1e-3:
         kurtosis = float(found.excess_kurtosis)
