@@ -11,6 +11,7 @@ import argparse
 import json
 import os
 import time
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -52,7 +53,7 @@ def study(law: str, count: int, seed: int = 0) -> dict:
     clean = jax.jit(lambda p: ours.angles(law, p))(truth)
     noise = tasks.NOISE * np.random.default_rng(seed).standard_normal((count, len(tasks.TIMES)))
     recordings = clean + jnp.asarray(noise)
-    compiled = jax.jit(ours.together(_estimate, law)).lower(recordings).compile()
+    compiled = jax.jit(jax.vmap(partial(_estimate, law))).lower(recordings).compile()
     begin = time.perf_counter()
     found, converged = (np.asarray(x) for x in compiled(recordings))
     seconds = time.perf_counter() - begin

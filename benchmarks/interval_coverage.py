@@ -31,7 +31,6 @@ TIMES = np.arange(1401) / 1000
 NOISE = np.radians(0.2)
 LENGTH, MASS = 0.071, 0.020
 SAME = 1.01  # costs within this factor are the same optimum
-TOGETHER = 50
 MANY = 1024  # steps, where they are by Runge and Kutta
 
 Law = ij.AbstractImpactLaw | ij.AbstractForceLaw
@@ -123,8 +122,7 @@ def study(name: str, count: int, kind: str, factor: float, seed: int = 0) -> dic
     start = np.where(bounded, np.minimum(truth * away, 0.99), truth * away)
     data = jnp.asarray(truth), jnp.asarray(noises(kind, count, rng)), jnp.asarray(start)
 
-    def one(each: tuple[Array, Array, Array]) -> tuple:
-        p, noise, start = each
+    def one(p: Array, noise: Array, start: Array) -> tuple:
         recording = recorded(case, p, noise)
         best, found = fitted(case, recording, p), fitted(case, recording, start)
         return (
@@ -139,10 +137,9 @@ def study(name: str, count: int, kind: str, factor: float, seed: int = 0) -> dic
             found.memory,
         )
 
-    many = jax.jit(lambda data: jax.lax.map(one, data, batch_size=TOGETHER))
-    compiled = many.lower(data).compile()
+    compiled = jax.jit(jax.vmap(one)).lower(*data).compile()
     begin = time.perf_counter()
-    out = [np.asarray(x) for x in jax.block_until_ready(compiled(data))]
+    out = [np.asarray(x) for x in jax.block_until_ready(compiled(*data))]
     seconds = time.perf_counter() - begin
     values, lows, highs, errors, inflation, verdicts, ratio, converged, memory = out
     names = jax.eval_shape(lambda d: fitted(case, recorded(case, d[0][0], d[1][0]), d[2][0]), data)

@@ -57,3 +57,22 @@ def test_all_members_of_a_batch_are_one_queue(axes):
         own = ADDED[i, j] if over_data == 0 else ADDED[0, 0]
         starts = STARTS[i, j] if over_lanes == 0 else STARTS[0, 0]
         np.testing.assert_array_equal(found[i, j], expected(own, starts))
+
+
+# Heron's iteration for the square root of b, from different places.
+
+HERON = Iteration(
+    begin=lambda b, start: (start, jnp.zeros((), jnp.int32)),
+    go_on=lambda b, start, state: ((state[0] + b / state[0]) / 2, state[1] + 1),
+    ended=lambda state: state[1] == 60,
+    result=lambda state: state[0],
+)
+
+
+def test_derivatives_are_those_of_the_iteration():
+    def root(b):
+        return in_turn(HERON, b, jnp.linspace(0.1, 50.0, 20))
+
+    b = jnp.array([0.5, 2.0, 7.0])
+    found = jax.vmap(jax.jacfwd(root))(b)
+    np.testing.assert_allclose(found, np.outer(0.5 / np.sqrt(b), np.ones(20)), rtol=1e-12)

@@ -103,7 +103,7 @@ def pose(experiment: Experiment) -> Problem:
     wanted = (usual | {*experiment.free}) - {*fixed, *ties}
     names = tuple(name for name in known if name in wanted)
     traced = isinstance(recording.valid, Tracer)
-    count = recording.valid.shape[0] if traced else int(recording.observations)
+    count = recording.valid.shape[0] if traced else int(np.asarray(recording.valid).sum())
     if count <= len(names):
         raise ValueError(
             f"The recording has {count} observations, too few for {len(names)} parameters "

@@ -9,6 +9,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
+from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Int, PyTree
 
 from impactjax._types import Flag
@@ -39,13 +40,53 @@ class Iteration(Generic[Data, Lane, S, R]):
 
 def in_turn(iteration: Iteration[Data, Lane, S, R], data: Data, lanes: Lane) -> R:
     """The result for each lane; the data are those of all. Under `vmap` all lanes of all members
-    are one queue.
+    are one queue; derivatives, in forward mode, are those of every iteration.
 
     **Arguments:**
 
-    - `data`: arrays.
+    - `data`: arrays, and all that the iteration depends on.
     - `lanes`: arrays with an axis of lanes first.
     """
+
+    @jax.custom_jvp
+    def run(data: Data, lanes: Lane) -> R:
+        count = jax.tree.leaves(lanes)[0].shape[0]
+        groups = jax.tree.map(lambda x: x[None], data)
+        return _queued(iteration)(groups, jnp.zeros(count, jnp.int32), lanes)
+
+    def tangents_too(primals: tuple, tangents: tuple) -> tuple[R, R]:
+        values, structure = jax.tree.flatten(primals)
+        slopes = jax.tree.leaves(tangents)
+        varied = [i for i, slope in enumerate(slopes) if not isinstance(slope, SymbolicZero)]
+
+        def of_varied(*some: Array) -> R:
+            every = list(values)
+            for i, value in zip(varied, some, strict=True):
+                every[i] = value
+            return _side_by_side(iteration, *jax.tree.unflatten(structure, every))
+
+        return jax.jvp(of_varied, [values[i] for i in varied], [slopes[i] for i in varied])
+
+    run.defjvp(tangents_too, symbolic_zeros=True)
+    return run(data, lanes)
+
+
+def _side_by_side(iteration: Iteration[Data, Lane, S, R], data: Data, lanes: Lane) -> R:
+    """The same as a loop under `vmap`."""
+
+    def one(lane: Lane) -> R:
+        end = jax.lax.while_loop(
+            lambda state: ~iteration.ended(state),
+            lambda state: iteration.go_on(data, lane, state),
+            iteration.begin(data, lane),
+        )
+        return iteration.result(end)
+
+    return jax.vmap(one)(lanes)
+
+
+def _queued(iteration: Iteration[Data, Lane, S, R]) -> Callable[[Data, Int[Array, "..."], Lane], R]:
+    """The results for lanes with data of their groups; `vmap` makes more lanes of it."""
 
     @jax.custom_batching.custom_vmap
     def run(data: Data, of: Int[Array, " lanes"], lanes: Lane) -> R:
@@ -65,8 +106,7 @@ def in_turn(iteration: Iteration[Data, Lane, S, R], data: Data, lanes: Lane) -> 
         found = jax.tree.map(lambda x: x.reshape(size, -1, *x.shape[1:]), found)
         return found, jax.tree.map(lambda _: True, found)
 
-    count = jax.tree.leaves(lanes)[0].shape[0]
-    return run(jax.tree.map(lambda x: x[None], data), jnp.zeros(count, jnp.int32), lanes)
+    return run
 
 
 def _everywhere(size: int, x: Array, batched: bool) -> Array:

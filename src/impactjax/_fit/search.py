@@ -34,17 +34,14 @@ def search(
     """A minimum from each start, in the optimiser's coordinates, over one part of the observations
     after the other; the last part is the whole. What the others leave open stays near its start.
     """
-    arrays, other = eqx.partition((problem, parts), eqx.is_array)
-
-    @jax.jit  # so that it is traced once
-    def answered(arrays: PyTree, u: Vector) -> Answer:
-        problem, _ = eqx.combine(arrays, other)
-        return problem.answer(problem.values(u))
+    # Traced once, with what its ties close over.
+    answered = eqx.filter_closure_convert(eqx.Partial(_answered), problem, lanes[0])
+    arrays, other = eqx.partition((problem, parts, answered), eqx.is_array)
 
     def minimiser(arrays: PyTree, lane: tuple[Vector, Active]) -> Minimiser[Answer]:
-        (problem, parts), (start, on) = eqx.combine(arrays, other), lane
+        (problem, parts, answered), (start, on) = eqx.combine(arrays, other), lane
         objective = Objective(
-            answer=lambda u: answered(arrays, u),
+            answer=lambda u: answered(problem, u),
             around=lambda u, answer, part: problem.around(u, answer, parts[part]),
             onwards=lambda u: _unstuck(problem, u, start),
             reductions=jnp.full(len(parts), _EARLY, lanes.dtype).at[-1].set(optimiser.reduction),
@@ -61,6 +58,10 @@ def search(
         result=lambda state: state.minimum,
     )
     return in_turn(iteration, arrays, (lanes, active))
+
+
+def _answered(problem: AbstractProblem, u: Vector) -> Answer:
+    return problem.answer(problem.values(u))
 
 
 def _unstuck(problem: AbstractProblem, u: Vector, start: Vector) -> Vector:
