@@ -185,7 +185,7 @@ def _check_values(file: File, oscillator: str, sensor: Sensor, laws: Sequence[st
     given, free = {**file.sidecar.start, **file.sidecar.fixed}, file.sidecar.fit.free
     tried = laws or file.sidecar.system.laws or USUAL_LAWS
     tried = [law for law in tried if law in LAWS]
-    known = parameters(oscillator, [NO_LAW, *tried])
+    known = parameters(oscillator, [NO_LAW, *tried]) if given or free else {}
     if not known.keys() >= {*given, *free}:
         known = parameters(oscillator, [NO_LAW, *LAWS]) | known
     of_sensor = [ranges(part) for part in (sensor, sensor.low_pass) if part is not None]
