@@ -1,5 +1,7 @@
 """Where the stop is in a record: the command finds out what the sidecar does not say."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -102,3 +104,23 @@ def test_what_does_not_describe_the_record_identifies_nothing(tmp_path):
     assert misfit(fitted.estimate) > 0.05
     assert np.all(np.asarray(fitted.estimate.verdicts) == ij.Verdict.NOT_IDENTIFIED)
     assert any("No law tried describes the record" in each for each in sentences([fitted]))
+
+
+def test_laws_may_be_fitted_side_by_side(tmp_path):
+    noise = NOISE * np.random.default_rng(0).standard_normal(TS.size)
+    swing = 0.03 * np.exp(-0.05 * OMEGA * TS) * np.cos(OMEGA * TS) + noise
+    recording = written(tmp_path / "a.csv", swing).recording
+    setup = Setup("linear-oscillator")
+    in_turn = compare(recording, setup, ["none"])
+    with ThreadPoolExecutor(2) as pool:
+        together = compare(recording, setup, ["none"], each=pool.map)
+    assert [each.dry_friction for each in together] == [each.dry_friction for each in in_turn]
+    assert sorted(each.dry_friction for each in together) == [False, True]
+    for one, other in zip(in_turn, together, strict=True):
+        np.testing.assert_array_equal(one.estimate.values, other.estimate.values)
+        assert one.estimate.names == other.estimate.names
+
+
+def test_no_laws_give_no_fits(tmp_path, beside):
+    recording = written(tmp_path / "a.csv", beside).recording
+    assert compare(recording, Setup("linear-oscillator"), []) == []

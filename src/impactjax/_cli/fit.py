@@ -1,10 +1,12 @@
 """`impactjax fit`."""
 
+import contextlib
 import json
 import os
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated
 
@@ -32,6 +34,7 @@ from impactjax._report.units import shown_unit
 from impactjax._report.words import sentences
 
 _WIDTH = 120  # of a table that is not on a terminal
+_MOST_AT_ONCE = 4  # laws: a gigabyte each while they compile
 
 _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be given several times."
 
@@ -128,24 +131,42 @@ def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
     searcher = search if folder is None else kept(search, folder / "traced")
     console = Console(stderr=True)
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
+    progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+    with progress as bar, _at_once() as pool:
         display = bar.add_task("", total=None)
         for task in tasks:
-            path = task.path
+            path, begun = task.path, list[str]()
 
-            def tell(what: str, path: Path = path) -> None:
-                bar.update(display, description=f"{escape(path.name)}: {what}")
+            def tell(what: str, path: Path = path, begun: list[str] = begun) -> None:
+                begun.append(what)
+                bar.update(display, description=f"{escape(path.name)}: {'; '.join(begun)}")
 
             try:
                 found = compare(
-                    task.recording, task.setup, task.laws, seed=seed, tell=tell, search=searcher
+                    task.recording,
+                    task.setup,
+                    task.laws,
+                    seed=seed,
+                    tell=tell,
+                    search=searcher,
+                    each=pool.map,
                 )
             except ValueError as error:
                 raise Refusal(f"{path}: {error}") from error
             fits += [(str(path), fitted) for fitted in found]
     return fits
+
+
+@contextlib.contextmanager
+def _at_once() -> Iterator[ThreadPoolExecutor]:
+    """Threads for laws: what JAX compiles and runs leaves Python to the others. Who interrupts the
+    command does not wait for them.
+    """
+    pool = ThreadPoolExecutor(min(_MOST_AT_ONCE, os.cpu_count() or 1))
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:

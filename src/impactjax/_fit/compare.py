@@ -1,7 +1,7 @@
 """All laws on one recording, from first estimates to verdicts."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -86,6 +86,7 @@ def compare(
     seed: int = 0,
     tell: Callable[[str], None] = lambda _: None,
     search: Search = search,
+    each: Callable[..., Iterable[Fitted]] = map,
 ) -> list[Fitted]:
     """Each law fitted from first estimates, the best first by Akaike's criterion.
 
@@ -97,24 +98,36 @@ def compare(
     - `seed`: of the scattered starts.
     - `tell`: is told what begins.
     - `search`: what carries out the searches.
+    - `each`: what goes through the laws, such as the `map` of a pool of threads.
     """
-    fits = []
-    for law in laws:
-        both = law == NO_LAW and setup.dry_friction is None and _may_have_friction(setup)
-        for dry in (False, True) if both else (bool(setup.dry_friction),):
-            tell(f"{law}, with dry friction" if dry else law)
-            begin = time.perf_counter()
-            problem = _problem(recording, setup, law, dry)
-            starts = Starts(16, seed)
-            optimiser = LevenbergMarquardt()
-            estimate = solve(problem, starts, optimiser, search)
-            if bool(estimate.converged):
-                estimate = profiled(estimate, optimiser, starts.count, search)
-            if misfit(estimate) > 0:
-                nothing = jnp.full_like(estimate.verdicts, Verdict.NOT_IDENTIFIED)
-                estimate = eqx.tree_at(lambda each: each.verdicts, estimate, nothing)
-            fits.append(Fitted(law, dry, estimate, time.perf_counter() - begin))
-    return sorted(fits, key=_order)
+
+    def fitted(variant: tuple[str, bool]) -> Fitted:
+        law, dry = variant
+        tell(f"{law}, with dry friction" if dry else law)
+        begin = time.perf_counter()
+        estimate = _fitted(_problem(recording, setup, law, dry), seed, search)
+        return Fitted(law, dry, estimate, time.perf_counter() - begin)
+
+    variants = [(law, dry) for law in laws for dry in _frictions(setup, law)]
+    return sorted(each(fitted, variants), key=_order)
+
+
+def _frictions(setup: Setup, law: str) -> tuple[bool, ...]:
+    """Without and with dry friction where free flight is to tell."""
+    if law == NO_LAW and setup.dry_friction is None and _may_have_friction(setup):
+        return False, True
+    return (bool(setup.dry_friction),)
+
+
+def _fitted(problem: Problem, seed: int, search: Search) -> Estimate:
+    starts, optimiser = Starts(16, seed), LevenbergMarquardt()
+    estimate = solve(problem, starts, optimiser, search)
+    if bool(estimate.converged):
+        estimate = profiled(estimate, optimiser, starts.count, search)
+    if misfit(estimate) > 0:
+        nothing = jnp.full_like(estimate.verdicts, Verdict.NOT_IDENTIFIED)
+        estimate = eqx.tree_at(lambda each: each.verdicts, estimate, nothing)
+    return estimate
 
 
 def _order(fitted: Fitted) -> tuple[bool, float]:
