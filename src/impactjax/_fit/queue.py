@@ -10,7 +10,7 @@ from typing import Generic, NamedTuple, TypeVar
 import jax
 import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
-from jaxtyping import Array, Int, PyTree
+from jaxtyping import Array, Bool, Int, PyTree
 
 from impactjax._types import Flag
 
@@ -131,20 +131,22 @@ class _Queue(NamedTuple):
     lane: Int[Array, " slots"]  # at work in each slot; beyond the last one none is left
     states: PyTree
     next: Int[Array, ""]
-    results: PyTree  # and a last row for what is no result
+    results: PyTree
 
 
-def _kept(results: R, rows: Int[Array, " slots"], found: R) -> R:
-    """The results with what was found in some rows, written one after the other in place."""
+def _kept(results: R, lane: Int[Array, " slots"], ended: Bool[Array, " slots"], found: R) -> R:
+    """The results with those of the lanes that ended, written one after the other in place."""
+    slots = jnp.argsort(~ended)
 
-    def write(slot: Int[Array, ""], results: R) -> R:
+    def write(k: Int[Array, ""], results: R) -> R:
+        slot = slots[k]
         return jax.tree.map(
-            lambda x, new: jax.lax.dynamic_update_index_in_dim(x, new[slot], rows[slot], 0),
+            lambda x, new: jax.lax.dynamic_update_index_in_dim(x, new[slot], lane[slot], 0),
             results,
             found,
         )
 
-    return jax.lax.fori_loop(0, rows.size, write, results)
+    return jax.lax.fori_loop(0, jnp.sum(ended), write, results)
 
 
 def _run(
@@ -168,7 +170,7 @@ def _run(
         states = jax.vmap(go_on)(jnp.minimum(lane, count - 1), states)
         ended = jax.vmap(iteration.ended)(states)
         found = jax.vmap(iteration.result)(states)
-        results = _kept(results, jnp.where(ended, lane, count), found)
+        results = _kept(results, lane, ended & (lane < count), found)
         lane = jnp.where(ended, following + jnp.cumsum(ended, dtype=jnp.int32) - 1, lane)
         fresh = jax.vmap(begin)(jnp.minimum(lane, count - 1))
         states = jax.tree.map(
@@ -181,7 +183,6 @@ def _run(
     first = jnp.arange(_slots(count), dtype=jnp.int32)
     states = jax.vmap(begin)(first)
     shapes = jax.eval_shape(lambda: iteration.result(begin(jnp.int32(0))))
-    results = jax.tree.map(lambda x: jnp.zeros((count + 1, *x.shape), x.dtype), shapes)
+    results = jax.tree.map(lambda x: jnp.zeros((count, *x.shape), x.dtype), shapes)
     queue = _Queue(first, states, jnp.int32(first.size), results)
-    end = jax.lax.while_loop(lambda queue: jnp.any(queue.lane < count), turn, queue)
-    return jax.tree.map(lambda x: x[:count], end.results)
+    return jax.lax.while_loop(lambda queue: jnp.any(queue.lane < count), turn, queue).results
