@@ -63,6 +63,12 @@ CASES = {
     "simon": Case(ij.Simon, ("k", "c"), (5e4, 0.6), (5e5, 2.4), MANY),
     "hunt-crossley": Case(ij.HuntCrossley, ("k", "c"), (5e4, 0.6), (5e5, 2.4), MANY),
     "hertz-dashpot": Case(ij.HertzDashpot, ("k", "c"), (5e4, 1.5), (5e5, 5.0), MANY),
+    "pust-peterka": Case(
+        lambda k, alpha: ij.PustPeterka(k, alpha, 1.5), ("k", "alpha"), (5e4, 0.8), (5e5, 3.0), MANY
+    ),
+    "power-law": Case(  # Tsuji's exponents
+        lambda k, c: ij.PowerLaw(k, c, 1.5, 0.25, 1.0), ("k", "c"), (5e4, 8.0), (2e5, 25.0), MANY
+    ),
 }
 COMMON_LOW = np.array([12.0, 0.001, 0.6])
 COMMON_HIGH = np.array([15.0, 0.004, 0.9])
