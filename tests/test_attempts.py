@@ -8,7 +8,7 @@ import sys
 import pytest
 
 PROGRAM = """
-import os, sys, time
+import os, sys, threading, time
 from impactjax._cli.attempts import attempted
 from impactjax._cli.environment import FAST, SAFE
 
@@ -20,6 +20,8 @@ def command():
     if sys.argv[1] == "wait":
         print(os.getpid(), flush=True)
         time.sleep(600)
+    if sys.argv[1] == "busy":
+        threading.Thread(target=time.sleep, args=(600,)).start()
     print("end")  # in the buffer still
     sys.exit(3)
 
@@ -36,6 +38,7 @@ def run(how: str, **environment: str) -> subprocess.CompletedProcess[str]:
         capture_output=True,
         text=True,
         check=False,
+        timeout=120,
     )
 
 
@@ -53,6 +56,12 @@ def test_what_the_environment_says_is_kept():
     found = run("abort", XLA_FLAGS="--xla_cpu_enable_fast_math=false")
     assert found.returncode == 3
     assert found.stdout.split() == ["--xla_cpu_enable_fast_math=false", "end"]
+
+
+@pytest.mark.parametrize("environment", [{}, {"XLA_FLAGS": "--xla_cpu_enable_fast_math=false"}])
+def test_the_end_does_not_wait_for_threads(environment):
+    found = run("busy", **environment)
+    assert (found.returncode, found.stdout.split()[-1]) == (3, "end")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")

@@ -21,7 +21,7 @@ def attempted(command: Callable[[], None]) -> None:
     To be called before JAX computes anything.
     """
     if "XLA_FLAGS" in os.environ or sys.platform == "win32":
-        command()
+        _run_and_leave(command)
         return
     lifeline, held = os.pipe()
     child = os.fork()
@@ -38,12 +38,12 @@ def attempted(command: Callable[[], None]) -> None:
         sys.exit(status if status >= 0 else 128 - status)
     print(_NOTE, file=sys.stderr)
     os.environ["XLA_FLAGS"] = SAFE
-    command()
+    _run_and_leave(command)
 
 
 def _run_and_leave(command: Callable[[], None]) -> None:
     """Runs what ends with a status, and ends this process without taking all of it to pieces first,
-    which takes a second.
+    which takes a second, or waiting for its threads.
     """
     try:
         command()

@@ -98,7 +98,8 @@ def compare(
     - `seed`: of the scattered starts.
     - `tell`: is told what begins.
     - `search`: what carries out the searches.
-    - `each`: what goes through the laws, such as the `map` of a pool of threads.
+    - `each`: what goes through the laws, such as the `map` of a pool of threads, in which settings
+      of JAX made by `with` do not hold.
     """
 
     def fitted(variant: tuple[str, bool]) -> Fitted:
