@@ -2,6 +2,7 @@
 
 import functools
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
@@ -9,6 +10,8 @@ import impactjax as ij
 
 SMALL = ij.Simulation(max_steps=32, max_impacts=8)
 TS = np.linspace(0.5, 2.0, 31)
+COUNT = 400
+RESIDUAL_TS = np.linspace(0.0, 4.0, COUNT)
 
 
 @functools.cache
@@ -39,4 +42,23 @@ def swing() -> ij.Estimate:
         starts=ij.Starts(4),
         simulation=SMALL,
     )
-    return ij.profiled(found, lanes=4)
+    return ij.profiled(found)
+
+
+def leaving(left: np.ndarray, impacts: tuple[float, ...] = ()) -> ij.Estimate:
+    """A fit that leaves given residuals, recorded minus fitted, with impacts at given times."""
+    _, estimate = line()
+    recording = ij.Recording(jnp.asarray(RESIDUAL_TS), jnp.asarray(left), ij.Displacement())
+    slots = estimate.impacts.time.shape[0]
+    times = jnp.zeros(slots).at[: len(impacts)].set(jnp.asarray(impacts, float))
+    return eqx.tree_at(
+        lambda e: (e.problem.recording, e.residuals, e.rms, e.impacts.time, e.impacts.count),
+        estimate,
+        (
+            recording,
+            jnp.asarray(-left),
+            jnp.sqrt(jnp.mean(jnp.asarray(left) ** 2)),
+            times,
+            jnp.asarray(len(impacts), estimate.impacts.count.dtype),
+        ),
+    )

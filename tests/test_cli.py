@@ -3,13 +3,15 @@
 import importlib.metadata
 import math
 import re
+from pathlib import Path
 
 import pytest
 
 from browser import look, needs_browser
 from command import Fitted, fitted, impactjax
-from impactjax._cli.fit import write
+from impactjax._cli.fit import fit_command, write
 
+DATA = Path(__file__).parent.parent / "data"
 TRUTH = {"omega_n": 12.0, "zeta": 0.01, "r": 0.7, "theta0": math.radians(40), "theta_dot0": 0.5}
 ALIKE = ["--duration=0.8", "--rate=500", "--set=length=2"]  # all runs compile the same program
 SWING = [
@@ -117,7 +119,11 @@ def test_the_parameters_keep_the_contract(found):
             "error_inflation",
             "unit",
             "verdict",
+            "assumed",
+            "rests_on",
+            "own",
         }
+        assert each["assumed"] == (name in ("mass", "gap"))
         if name in TRUTH:
             low, high = each["interval95"]
             assert low <= each["value"] <= high
@@ -207,6 +213,19 @@ def test_what_came_to_be_meanwhile_is_kept(tmp_path):
     assert path.read_text() == "mine"
     write(path, "forced", force=True)
     assert path.read_text() == "forced"
+
+
+def test_a_page_that_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch, capsys):
+    def failing(*given):
+        raise RuntimeError("no page")
+
+    monkeypatch.setattr("impactjax._cli.fit._fitted", lambda tasks, seed: [])
+    monkeypatch.setattr("impactjax._cli.fit.document", lambda *given: {})
+    monkeypatch.setattr("impactjax._cli.fit.page", failing)
+    with pytest.raises(RuntimeError, match="no page"):
+        fit_command([DATA / "free_decay.csv"], laws=["none"], out=tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.parametrize(

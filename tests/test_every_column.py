@@ -1,5 +1,6 @@
 """Derivatives of the state and of every column of the impact log, for every law."""
 
+import dataclasses
 import functools
 from collections.abc import Callable
 from typing import NamedTuple
@@ -13,15 +14,9 @@ import impactjax as ij
 from impactjax._simulate.natural_step import natural_step
 from reference import richardson
 
-COLUMNS = (
-    "time",
-    "approach_speed",
-    "separation_speed",
-    "restitution",
-    "duration",
-    "deepest_penetration",
-    "peak_force",
-    "energy_lost",
+DISCRETE = ("count", "stop", "complete")
+COLUMNS = tuple(
+    field.name for field in dataclasses.fields(ij.ImpactLog) if field.name not in DISCRETE
 )
 
 

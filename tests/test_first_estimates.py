@@ -1,15 +1,20 @@
 """What is read off a recording before any fit: near the truth, and never out of range."""
 
+import dataclasses
 import math
 
 import jax.numpy as jnp
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import impactjax as ij
+from estimates import line
+from impactjax._fit.compare import Setup, first_sight
 from impactjax._fit.first_estimates import first_estimates
+from impactjax._fit.fit import pose
 from impactjax._fit.laws import LAWS
 from impactjax._fit.oscillators import OSCILLATORS
 from reference import simulate_rigid
@@ -140,3 +145,34 @@ def test_any_impact_times_give_values_in_range(seed, count):
     found = first_estimates(ij.ImpactTimes(jnp.asarray(times)), ij.BouncingBall())
     for law in LAWS.values():
         ij.ImpactOscillator(found.oscillator, ij.Stop(law(found)))
+
+
+def test_all_else_of_an_oscillator_is_kept():
+    base = ij.HarmonicMotion(0.01, 3.0)
+    pendulum = ij.Pendulum(10.0, 0.01, base=base, equilibrium=ij.Inverted(), length=0.3)
+    values = 0.3 * np.cos(12 * TS)
+    found = seen(values, ij.Angle(), pendulum).oscillator
+    assert isinstance(found, ij.Pendulum)
+    assert abs(float(found.omega_n) / 12 - 1) < 0.05
+    assert found.base is not None
+    assert (float(found.base.amplitude), float(found.base.frequency)) == (0.01, 3.0)
+    assert isinstance(found.equilibrium, ij.Inverted)
+    assert found.length is pendulum.length
+
+
+def test_the_figure_shows_what_the_search_has_seen():
+    ts = TS[:1001]
+    flights = simulate_rigid(
+        lambda t, y: np.array([y[1], -9.80665]), [0.2, 0.0], ts, lambda speed: 0.8
+    ).position
+    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(2 * flights + 0.5), ij.Displacement())
+    setup = Setup("bouncing-ball", fixed={"gain": 2.0, "offset": 0.5})
+    first = first_sight(recording, setup)
+    assert 3 <= len(first.marks) <= 20
+    model = ij.ImpactOscillator(first.oscillator, ij.Stop(ij.Restitution(0.8)))
+    problem = pose(ij.Experiment(model, recording, first.initial, ij.Sensor(2.0, 0.5)))
+    _, small = line()
+    ax = plt.figure().add_subplot()
+    ij.plot_first_estimates(ax, dataclasses.replace(small, problem=problem))
+    marks = np.asarray(ax.get_lines()[1].get_xdata())
+    np.testing.assert_array_equal(marks, first.marks)

@@ -48,7 +48,7 @@ def test_straight_line_has_the_textbook_criteria():
 
 def test_a_profile_of_a_linear_problem_is_the_interval_of_its_errors():
     _, found = line()
-    profile = ij.profiled(found, lanes=4)
+    profile = ij.profiled(found)
     np.testing.assert_allclose(profile.low, found.low, rtol=1e-6)
     np.testing.assert_allclose(profile.high, found.high, rtol=1e-6)
     assert [profile.verdict(name) for name in profile.names] == [ij.Verdict.IDENTIFIED] * 2
@@ -255,7 +255,7 @@ def test_a_launch_from_the_stop_is_bounded_on_both_sides():
     recording = ij.Recording(jnp.asarray(ts[:50]), jnp.asarray(height[:50]), ij.Displacement())
     model = ij.ImpactOscillator(ij.BouncingBall(9.81), ij.Stop(ij.Restitution(0.7)))
     start = ij.InitialState(1e-4, 1.5)
-    found = ij.profiled(ij.fit(model, recording, initial=start, simulation=SMALL), lanes=4)
+    found = ij.profiled(ij.fit(model, recording, initial=start, simulation=SMALL))
     assert found.verdict("x_dot0") == ij.Verdict.IDENTIFIED
     low, high = (float(ends[found.names.index("x_dot0")]) for ends in (found.low, found.high))
     assert low < 1.5 < high < 1.51

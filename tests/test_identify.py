@@ -212,3 +212,32 @@ def test_what_is_asked_wrongly_is_refused():
         ij.information(rebounds, law, 1.0, free=("q",))
     with pytest.raises(ValueError, match="Walton has no parameter that is left free"):
         ij.information(rebounds, law, 1.0, fixed=("k", "c"))
+
+
+def test_errors_of_single_parameters_are_their_bounds():
+    matrix = np.array([[3.0, 8.0], [1.0, 2.0], [2.0, 5.5]])
+    covariance = np.linalg.inv(matrix.T @ matrix) * 1e-6
+
+    def data(law: ij.KelvinVoigt) -> jax.Array:
+        return jnp.asarray(matrix) @ jnp.stack([law.omega0, law.gamma])
+
+    for gamma in (0.2, 1e-11, 0.0):
+        told = ij.information(data, ij.KelvinVoigt(1.0, gamma), 1e-3)
+        errors = np.sqrt(np.diag(covariance))
+        np.testing.assert_allclose(told.bounds, errors, rtol=1e-8)
+        alone = jax.vmap(told.directions.error)(jnp.eye(2)) * told.scale
+        np.testing.assert_array_equal(alone, told.bounds)
+
+
+def test_words_of_a_parameter_at_the_end_of_its_range_are_those_of_its_bound():
+    matrix = np.array([[20.0, 130.0], [1.0, 2.0]])
+
+    def data(law: ij.KelvinVoigt) -> jax.Array:
+        return jnp.asarray(matrix) @ jnp.stack([law.omega0, law.gamma])
+
+    covariance = np.linalg.inv(matrix.T @ matrix) * 0.01
+    told = ij.information(data, ij.KelvinVoigt(1.0, 1e-11), 0.1)
+    assert math.isclose(math.sqrt(covariance[0, 0]), 0.145, rel_tol=0.01)  # of omega0 alone
+    both = np.array([1.0, 6.5])
+    assert math.isclose(math.sqrt(both @ covariance @ both), 0.0050, rel_tol=0.01)
+    assert ij.coupling(told) == "Determined: omega0 + 6.5 gamma to 0.50 %; not determined: gamma."

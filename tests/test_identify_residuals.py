@@ -9,29 +9,8 @@ import numpy as np
 from scipy import stats
 
 import impactjax as ij
-from estimates import line
-
-COUNT = 400
-TS = np.linspace(0.0, 4.0, COUNT)
-
-
-def leaving(left: np.ndarray, impacts: tuple[float, ...] = ()) -> ij.Estimate:
-    """A fit that leaves given residuals, recorded minus fitted, with impacts at given times."""
-    _, estimate = line()
-    recording = ij.Recording(jnp.asarray(TS), jnp.asarray(left), ij.Displacement())
-    slots = estimate.impacts.time.shape[0]
-    times = jnp.zeros(slots).at[: len(impacts)].set(jnp.asarray(impacts, float))
-    return eqx.tree_at(
-        lambda e: (e.problem.recording, e.residuals, e.rms, e.impacts.time, e.impacts.count),
-        estimate,
-        (
-            recording,
-            jnp.asarray(-left),
-            jnp.sqrt(jnp.mean(jnp.asarray(left) ** 2)),
-            times,
-            jnp.asarray(len(impacts), estimate.impacts.count.dtype),
-        ),
-    )
+from estimates import COUNT, leaving
+from estimates import RESIDUAL_TS as TS
 
 
 @functools.cache

@@ -4,6 +4,12 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
+
+import diffrax
+import pytest
+
+import impactjax as ij
 
 PROGRAM = """
 import json, sys
@@ -17,11 +23,25 @@ changed = sorted(name for name in after if after[name] != before.get(name))
 print(json.dumps({"changed": changed, "modules": sorted(sys.modules)}))
 """
 
+FIT = """
+import contextlib, json, sys
+from impactjax._cli.environment import prepare
+from impactjax._cli.main import app
 
-def in_a_new_process(program: str, **environment: str) -> str:
+prepare()
+with contextlib.redirect_stdout(None):
+    app([*sys.argv[1:], "--law", "kelvin-voigt"], standalone_mode=False)
+print(json.dumps(sorted(sys.modules)))
+"""
+
+RECORDING = Path(__file__).parent.parent / "data" / "kelvin_voigt.csv"
+SELDOM = {"diffrax", "h5py", "matplotlib", "optax", "pandas", "scipy.signal", "scipy.stats"}
+
+
+def in_a_new_process(program: str, *arguments: str, **environment: str) -> str:
     """Output of a program for which any warning is an error; it must write nothing to stderr."""
     run = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program],
+        [sys.executable, "-W", "error", "-c", program, *arguments],
         capture_output=True,
         text=True,
         check=False,
@@ -35,8 +55,21 @@ def test_import_changes_no_setting_and_computes_nothing():
     """A platform that does not exist would fail with the first array."""
     found = json.loads(in_a_new_process(PROGRAM, JAX_PLATFORMS="nowhere"))
     assert found["changed"] == []
-    heavy = {"matplotlib", "scipy.signal", "scipy.optimize", "pandas", "typer", "rich", "jinja2"}
+    heavy = {*SELDOM, "scipy.optimize", "typer", "rich", "jinja2"}
     assert not heavy & set(found["modules"])
+
+
+def test_a_fit_of_a_table_loads_what_it_uses():
+    found = json.loads(in_a_new_process(FIT, "fit", str(RECORDING)))
+    assert "impactjax" in found
+    assert not SELDOM & set(found)
+
+
+def test_what_is_loaded_late_is_there():
+    assert "Taylor" in dir(ij)
+    assert issubclass(ij.Taylor, diffrax.AbstractSolver)
+    with pytest.raises(AttributeError, match="no attribute 'Tailor'"):
+        _ = ij.Tailor
 
 
 def test_the_test_above_can_fail():

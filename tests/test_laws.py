@@ -166,7 +166,7 @@ def test_damping_is_set_at_each_impact():
 def test_damping_out_of_range_is_a_result():
     law = ij.KelvinVoigtLinearRestitution(700.0, 0.6, 1.0)
     run = ij.simulate(model(law), ij.InitialState(0.1, -0.7), np.array([0.0, 1.0]))
-    assert run.result == ij.RESULTS.non_finite
+    assert run.result == ij.RESULTS.restitution_out_of_range
 
 
 def test_maxwell_leaves_a_residual_indentation():

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from estimates import swing
+from estimates import line, swing
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._fit.minimiser import Bounds, Minimiser, Objective, Quadratic
+from impactjax._fit.minimiser import Bounds, Minimiser, Objective, Point, Quadratic
 from impactjax._fit.transform import to_range, to_unbounded
 from impactjax._model.parameter import Range
 
@@ -40,21 +40,28 @@ def test_one_move_changes_a_large_value_by_a_factor():
     assert float(to_range(RANGES["at least 2"], u + 1)) == pytest.approx(math.e * 1e6, rel=1e-5)
 
 
+@pytest.mark.parametrize("xp", [np, jnp], ids=["NumPy", "JAX"])
 @pytest.mark.parametrize("slope", [3e-4, 3e-3, 1.0])
-def test_of_two_that_show_only_together_the_weaker_does_not_run_away(slope):
+def test_of_two_that_show_only_together_the_weaker_does_not_run_away(slope, xp):
     """One equation, u₀ + s u₁ = 1: scaled by curvature alone u₁ would be 1/2 s."""
-    row = jnp.array([1.0, slope])
+    row = xp.asarray([1.0, slope])
 
     def around(u, left, part):
         return Quadratic(left**2 / 2, left * row, row[:, None] * row[None, :])
 
+    nothing = Quadratic(xp.asarray(xp.inf), xp.zeros(2), xp.zeros((2, 2)))
     minimiser = Minimiser(
         LevenbergMarquardt(),
-        Objective(lambda u: row @ u - 1, around, lambda u: u, jnp.array([1e-8])),
-        Bounds(jnp.ones(2, bool), jnp.full(2, jnp.inf), jnp.ones(2)),
+        Objective(around, lambda u: u, xp.asarray([1e-8])),
+        Bounds(xp.ones(2, bool), xp.full(2, xp.inf), xp.ones(2)),
+        Point(xp.zeros(2), xp.zeros(()), nothing),
     )
-    begin = minimiser.begin(jnp.zeros(2))
-    found = jax.lax.while_loop(lambda each: ~each.ended, minimiser.go_on, begin).minimum
+    with np.errstate(all="ignore"):
+        state = minimiser.begin(xp.zeros(2))
+        while not state.ended:
+            state = minimiser.told(state, xp.asarray(row @ state.trial - 1))
+    found = state.minimum
+    assert isinstance(found.u, np.ndarray if xp is np else jax.Array)
     assert bool(found.converged)
     assert float(row @ found.u) == pytest.approx(1.0, abs=1e-3)
     assert np.all(np.abs(found.u) < 4)
@@ -69,3 +76,23 @@ def test_scattered_starts_are_where_all_parameters_are_felt():
     assert (r > 0.01).all()
     assert (r < 0.99).all()
     assert np.ptp(r) > 0.7
+
+
+def test_a_fit_of_known_numbers_inside_jit():
+    """The search is part of the program, and finds what it finds outside."""
+    _, expected = line()
+    problem = expected.problem
+
+    @jax.jit
+    def values():
+        again = ij.fit(
+            problem.system.model,
+            problem.recording,
+            initial=problem.system.initial,
+            starts=ij.Starts(4),
+            simulation=problem.simulation,
+        )
+        return again.values, again.residuals
+
+    for found, known in zip(values(), (expected.values, expected.residuals), strict=True):
+        np.testing.assert_allclose(found, known, rtol=1e-12, atol=1e-14)

@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -13,10 +14,12 @@ import impactjax as ij
 from browser import look, needs_browser
 from estimates import SMALL, line, swing
 from impactjax._fit.digits import interval, with_error
+from impactjax._fit.ranking import rejected
 from impactjax._report.document import document
 from impactjax._report.outcome import outcome
 from impactjax._report.page import page
-from impactjax._report.rows import law_rows
+from impactjax._report.rows import law_rows, parameter_rows
+from impactjax._report.style import LAWS
 from impactjax._report.words import sentences
 
 PICTURES = 11 + 8 + 10  # with impacts; without; from a list of impact times
@@ -127,7 +130,7 @@ def test_a_law_that_failed_says_why():
     failed = ij.fit(model, recording, initial=inside, fixed=("x0",), simulation=SMALL)
     assert "The initial position lies inside a rigid stop" in outcome(failed)
     rows = law_rows([ij.Fitted("a", False, swing(), 0.0), ij.Fitted("b", False, failed, 0.0)])
-    assert rows[1]["rms"] == rows[1]["aic"] == rows[1]["bic"] == "–"
+    assert rows[1]["rms"] == rows[1]["behind"] == "–"
     assert "inside a rigid stop" in page([("x", ij.Fitted("b", False, failed, 0.0))], "", 0, {})
     assert outcome(swing()) == "converged"
     stopped = ij.LevenbergMarquardt(max_iterations=2)
@@ -157,7 +160,9 @@ def test_sentences_say_what_is_open(bounces):
     said = sentences([ij.Fitted("restitution", False, swing(), 0.0)])
     assert any(re.search(r"only tells that zeta is at most 0\.0\d+\.", each) for each in said)
     assert "The record does not tell r." in said
-    assert sentences([ij.Fitted("restitution", False, bounces, 0.0)]) == []
+    (gravity,) = sentences([ij.Fitted("restitution", False, bounces, 0.0)])
+    assert gravity.startswith("x_dot0 rests on gravity = 9.807 m/s² (not stated; the default)")
+    assert sentences([ij.Fitted("restitution", False, bounces, 0.0, stated=("gravity",))]) == []
     assert any(each.endswith("not determined: zeta, r.") for each in said), said
 
 
@@ -210,3 +215,29 @@ def test_the_document_is_json_without_infinities(fits):
     assert r["interval95"] == [0, 1]
     assert r["verdict"] == "not identified"
     assert found["recording"] == f"{HOSTILE}, a/line.csv, bounces.csv"
+
+
+def test_more_curves_than_colours(monkeypatch):
+    monkeypatch.setattr("impactjax._report.coupling_figures.LAWS", LAWS[:1])
+    _, estimate = line()
+    ax = ij.plot_sensitivities(plt.figure().add_subplot(), estimate)
+    legend = ax.get_legend()
+    assert legend is not None
+    labels = {text.get_text() for text in legend.get_texts()}
+    assert labels == {"x0", "x_dot0"}
+
+
+@pytest.mark.parametrize(("worse", "missed"), [(9.0, 0.0), (30.0, 0.0), (30.0, 0.7)])
+def test_a_law_that_is_ruled_out_shows_no_verdicts(worse, missed):
+    """In the tables and in `fit.json`; a law that misses the record itself rules none out."""
+    _, fit = line()
+    best = eqx.tree_at(lambda e: e.misfit, fit, jnp.asarray(missed))
+    other = eqx.tree_at(lambda e: e.aic, best, best.aic + worse)
+    out = worse > 10 and missed == 0
+    assert rejected([best, other]) == [False, out]
+    assert rejected([other, best]) == [out, False]
+    words = {row["verdict"] for row in parameter_rows(other, out)}
+    assert words == ({"law rejected"} if out else {"identified"})
+    pair = [("x", ij.Fitted(name, False, own, 0.0)) for name, own in (("a", best), ("b", other))]
+    assert [each["rejected"] for each in document(pair, 0, {})["fits"]] == [False, out]
+    assert ("law rejected" in page(pair, "", 0, {})) == out

@@ -48,7 +48,7 @@ def test_masked_samples_do_not_count():
     likelihood = stats.norm.logpdf(np.asarray(found.residuals)[KEPT], scale=rms).sum()
     np.testing.assert_allclose(found.aic, 2 * 3 - 2 * likelihood, rtol=1e-9)
     np.testing.assert_allclose(found.bic, 3 * math.log(KEPT.sum()) - 2 * likelihood, rtol=1e-9)
-    profile = ij.profiled(found, lanes=4)
+    profile = ij.profiled(found)
     np.testing.assert_allclose(profile.high, found.high, rtol=1e-6)
 
 
@@ -78,7 +78,7 @@ def test_noise_of_known_size():
     np.testing.assert_allclose(found.high - found.values, half, rtol=1e-9)
     likelihood = stats.norm.logpdf(np.asarray(found.residuals), scale=size).sum()
     np.testing.assert_allclose(found.aic, 2 * 2 - 2 * likelihood, rtol=1e-9)
-    profile = ij.profiled(found, lanes=4)
+    profile = ij.profiled(found)
     np.testing.assert_allclose(profile.low, found.low, rtol=1e-6)
 
 

@@ -4,10 +4,12 @@ import functools
 
 import jax
 import jax.numpy as jnp
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import impactjax as ij
+from impactjax._report.document import document
 
 QUICK = ij.Simulation(max_steps=16, max_impacts=2, step=ij.TaylorStep(order=4))
 LINE = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5), gap=9.0))  # never reached
@@ -117,10 +119,25 @@ def test_the_share_of_one_recording_is_an_estimate_of_it():
 
 
 def test_the_profile_of_a_joint_linear_problem_is_its_interval():
-    profile = ij.profiled(found(True), lanes=4)
+    profile = ij.profiled(found(True))
     np.testing.assert_allclose(profile.low, found(True).low, rtol=1e-6)
     np.testing.assert_allclose(profile.high, found(True).high, rtol=1e-6)
     assert ij.identifiability(profile).names == profile.names
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        ij.residuality,
+        lambda joint: joint.system,
+        lambda joint: document([("two", ij.Fitted("none", False, joint, 1.0))], 0, {}),
+        lambda joint: ij.plot_fit(plt.figure().add_subplot(), joint),
+        lambda joint: ij.plot_starts(plt.figure().add_subplot(), joint),
+    ],
+)
+def test_what_is_of_one_recording_asks_for_one(use):
+    with pytest.raises(ValueError, match="several recordings: take that of one"):
+        use(found(known=True))
 
 
 def test_many_joint_fits_in_one_call():

@@ -4,6 +4,9 @@ Simulate free flight and contact, exactly differentiable through every impact; f
 parameters with intervals that keep their promise; learn which of them a record cannot tell.
 """
 
+import sys
+import typing
+
 from impactjax._analytic.exact_flight import ExactFlight as ExactFlight
 from impactjax._analytic.flight import AbstractFlight as AbstractFlight
 from impactjax._analytic.multiple_scales import MultipleScales as MultipleScales
@@ -130,7 +133,22 @@ from impactjax._simulate.simulate import simulate as simulate
 from impactjax._simulate.single_impact import single_impact as single_impact
 from impactjax._simulate.step import AbstractStep as AbstractStep
 from impactjax._simulate.taylor import NotAnalytic as NotAnalytic
-from impactjax._simulate.taylor_solver import Taylor as Taylor
 from impactjax._simulate.taylor_step import TaylorStep as TaylorStep
 from impactjax._simulate.trajectory import Stats as Stats
 from impactjax._simulate.trajectory import Trajectory as Trajectory
+
+if typing.TYPE_CHECKING:
+    from impactjax._simulate.taylor_solver import Taylor as Taylor
+
+
+def __dir__() -> list[str]:
+    return [*sorted(vars(sys.modules[__name__])), "Taylor"]
+
+
+def __getattr__(name: str) -> object:
+    """The solver for Diffrax, which only its users wait for."""
+    if name != "Taylor":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from impactjax._simulate.taylor_solver import Taylor
+
+    return Taylor

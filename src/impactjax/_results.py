@@ -13,7 +13,7 @@ class RESULTS(eqx.Enumeration):
         "restitution does not fall below one there."
     )
     max_impacts_reached = (
-        "There were more impacts than `max_impacts`. The samples are right; the impact log holds "
+        "There were more impacts or rests than `max_impacts`. The samples are right; the logs hold "
         "only the first ones. Raise `max_impacts`."
     )
     stopped_through = (
@@ -31,12 +31,17 @@ class RESULTS(eqx.Enumeration):
         "wrong order, ...). Build the model outside `jit` to see which."
     )
     restitution_out_of_range = (
-        "At some impact the law's restitution was below 0 or above 1. The impact is too fast or "
-        "too slow for the law. Samples after that are NaN."
+        "At some impact the law's restitution was below 0 or above 1, or it does not hold. The "
+        "impact is too fast or too slow for the law. Samples after that are NaN."
     )
     tolerance_too_small = (
         "The tolerance is smaller than the floating-point type can give. Use a larger one, or "
         "double precision."
+    )
+    time_too_coarse = (
+        "Time is counted from so far away that its own rounding exceeds the tolerance. The samples "
+        "are as accurate as time is. Count time from near the start of the run, or ask for a "
+        "larger `tolerance`."
     )
     step_too_small = (
         "The step became too small to advance time: the motion has a singularity, or the "

@@ -1,6 +1,7 @@
 """`impactjax fit`."""
 
 import contextlib
+import dataclasses
 import json
 import os
 import shlex
@@ -21,15 +22,21 @@ from impactjax._cli.environment import compiled_programs
 from impactjax._cli.kept import kept
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._cli.setup import Task, task_of
-from impactjax._fit.compare import Fitted, compare
-from impactjax._fit.digits import interval
+from impactjax._fit.compare import Fitted, compare_by
+from impactjax._fit.digits import interval, with_unit
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.evaluation import evaluate
 from impactjax._fit.laws import LAWS, NO_LAW
 from impactjax._fit.oscillators import OSCILLATORS
-from impactjax._fit.search import search
+from impactjax._fit.ranking import rejected
+from impactjax._fit.search import Search
+from impactjax._known import known
 from impactjax._measure.file_error import FileError
 from impactjax._measure.read_recording import read_recording
 from impactjax._report.document import document
+from impactjax._report.given import given
 from impactjax._report.page import page
+from impactjax._report.rows import verdict_of
 from impactjax._report.units import shown_unit
 from impactjax._report.words import sentences
 
@@ -84,22 +91,25 @@ def fit_command(
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
     notes = {str(task.path): task.notes for task in tasks}
+    written: list[tuple[Path, str]] = []
+    if targets is not None:  # all is made before anything is written or said
+        command = shlex.join(["impactjax", *sys.argv[1:]])
+        texts = json.dumps(document(fits, seed, notes), indent=2) + "\n"
+        written = [*zip(targets, (texts, page(fits, command, seed, notes)), strict=True)]
     for name in dict.fromkeys(name for name, _ in fits):
         own = [fitted for recording, fitted in fits if recording == name]
         _print(name, own, notes[name])
-    if targets is not None:
-        json_path, page_path = targets
-        command = shlex.join(["impactjax", *sys.argv[1:]])
+    if written:
         try:
-            write(json_path, json.dumps(document(fits, seed, notes), indent=2) + "\n", force)
-            write(page_path, page(fits, command, seed, notes), force)
+            for path, text in written:
+                write(path, text, force)
         except FileExistsError as error:
             typer.echo(f"impactjax: {error.filename} exists by now; use another --out.", err=True)
             raise typer.Exit(2) from error
         except OSError as error:
             typer.echo(f"impactjax: {out} cannot be written to ({error.strerror}).", err=True)
             raise typer.Exit(2) from error
-        typer.echo(f"Written: {json_path}, {page_path}")
+        typer.echo(f"Written: {', '.join(str(path) for path, _ in written)}")
 
 
 def _targets(out: Path | None, force: bool) -> tuple[Path, Path] | None:
@@ -128,7 +138,7 @@ def write(path: Path, text: str, force: bool) -> None:
 def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
     fits = []
     folder = compiled_programs()
-    searcher = search if folder is None else kept(search, folder / "traced")
+    search = Search() if folder is None else Search(kept(evaluate, folder / "traced"))
     console = Console(stderr=True)
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
@@ -142,19 +152,18 @@ def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
                 bar.update(display, description=f"{escape(path.name)}: {'; '.join(begun)}")
 
             try:
-                found = compare(
-                    task.recording,
-                    task.setup,
-                    task.laws,
-                    seed=seed,
-                    tell=tell,
-                    search=searcher,
-                    each=pool.map,
+                found = compare_by(
+                    search, task.recording, task.setup, task.laws, seed, tell, pool.map
                 )
             except ValueError as error:
                 raise Refusal(f"{path}: {error}") from error
             fits += [(str(path), fitted) for fitted in found]
-    return fits
+    return [(name, fitted._replace(estimate=_known(fitted.estimate))) for name, fitted in fits]
+
+
+def _known(estimate: Estimate) -> Estimate:
+    """With what was found as NumPy's numbers, to print which compiles nothing."""
+    return dataclasses.replace(known(estimate), problem=estimate.problem)
 
 
 @contextlib.contextmanager
@@ -182,10 +191,11 @@ def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:
         "verdict",
     ):
         table.add_column(heading, no_wrap=True)
-    for fitted in fits:
+    ruled_out = rejected([fitted.estimate for fitted in fits])
+    for fitted, out in zip(fits, ruled_out, strict=True):
         estimate = fitted.estimate
         law = f"{fitted.law} + dry friction" if fitted.dry_friction else fitted.law
-        rms = f"{float(estimate.rms) * factor:.4g} {unit}"
+        rms, known = f"{float(estimate.rms) * factor:.4g} {unit}", given(fitted)
         for i, parameter in enumerate(estimate.names):
             error = float(estimate.standard_errors[i])
             value = estimate.quoted(parameter)
@@ -196,9 +206,11 @@ def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:
                 parameter,
                 value + own,
                 interval(float(estimate.low[i]), float(estimate.high[i]), error),
-                str(estimate.verdict(parameter)),
-                end_section=i == len(estimate.names) - 1,
+                f"{verdict_of(estimate, parameter, out)}{known.words(parameter)}",
             )
+            if (free := known.own.get(parameter)) is not None:
+                table.add_row("", "", free.name, with_unit(free.shown, free.unit), "", "")
+        table.add_section()
     if not console.is_terminal:
         endless = console.options.update(width=10 * _WIDTH)
         console.width = max(_WIDTH, Measurement.get(console, endless, table).maximum)

@@ -9,7 +9,7 @@ from impactjax._fit.estimate import Estimate
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.minimiser import Vector
 from impactjax._fit.problem import AbstractProblem, Residuals
-from impactjax._fit.search import search
+from impactjax._fit.search import Search, Searches
 
 _TAILS = (0.025, 0.975)
 
@@ -83,12 +83,12 @@ def _refits(
 ) -> tuple[Float[Array, "replicates parameters"], Bool[Array, " replicates"]]:
     problem = estimate.problem
     start = problem.unbounded(estimate.values)
-    parts = problem.parts(optimiser.horizons)
+    parts = jnp.asarray(problem.parts(optimiser.horizons))
 
     def refit(key: Key[Array, ""]) -> tuple[Vector, Bool[Array, ""]]:
         simulated = _simulated(problem, estimate.residuals, key)
         active = jnp.ones((1, start.shape[0]), bool)
-        minimum = search(simulated, optimiser, start[None], active, parts)
+        minimum = Search().minima(simulated, optimiser, Searches(start[None], active, parts))
         return problem.values(minimum.u[0]), minimum.converged[0]
 
     return jax.vmap(refit)(keys)

@@ -1,10 +1,10 @@
 """All laws on one recording, from first estimates to verdicts."""
 
+import dataclasses
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
@@ -12,23 +12,26 @@ from impactjax._fit.effort import effort
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.experiment import Experiment
 from impactjax._fit.first_estimates import FirstEstimates, first_estimates
-from impactjax._fit.fit import pose, solve
+from impactjax._fit.fit import best_from, pose
 from impactjax._fit.laws import LAWS, NO_LAW, USUAL_LAWS
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.nested import Variant, in_stages, special_case, starts_beside
 from impactjax._fit.oscillators import OSCILLATORS
 from impactjax._fit.problem import Problem
-from impactjax._fit.profile import profiled
-from impactjax._fit.search import Search, search
+from impactjax._fit.profile import profiled_by
+from impactjax._fit.ranking import best_first
+from impactjax._fit.requests import check_known, check_value
+from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
-from impactjax._fit.system import handles, replaced
+from impactjax._fit.system import Start, System, handles, replaced
 from impactjax._fit.verdict import Verdict
-from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
+from impactjax._measure.recording import AnyRecording, ImpactTimes
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.parameter import Range
 from impactjax._model.stop import Stop
-from impactjax._types import Scalar
 
-_UNEXPLAINED, _SMOOTH = 0.05, 0.8  # share of the motion, and autocorrelation, of a wrong model
+_ROUNDING = 1e-6  # relative, of an rms
 
 
 class Setup(NamedTuple):
@@ -36,7 +39,7 @@ class Setup(NamedTuple):
 
     - `oscillator`: one of the names in `OSCILLATORS`.
     - `dry_friction`: whether the oscillator has dry friction; `None` compares both in free flight.
-    - `fixed`: parameters that are known, by name.
+    - `fixed`: parameters that are known, by name; those that only other laws have do not matter.
     - `start`: better starting values than the first estimates, by name.
     - `free`: parameters to fit although they are usually known, such as a sensor's offset.
     - `sensor`: what stands between motion and recording, if anything.
@@ -51,12 +54,19 @@ class Setup(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """One law fitted to one recording."""
+    """One law fitted to one recording.
+
+    - `stated`: the parameters whose values somebody stated, by name.
+    - `worse_than`: names of special cases of it that fit better, which is an error of the search:
+      the estimate counts as not converged.
+    """
 
     law: str
     dry_friction: bool
     estimate: Estimate
     seconds: float
+    stated: tuple[str, ...] = ()
+    worse_than: tuple[str, ...] = ()
 
 
 def laws_for(recording: AnyRecording, setup: Setup) -> list[str]:
@@ -71,11 +81,9 @@ def first_sight(recording: AnyRecording, setup: Setup, dry: bool = False) -> Fir
     """What the recording shows before any fit, given what is known."""
     oscillator = OSCILLATORS[setup.oscillator](setup.fixed, dry)
     given = {**setup.start, **setup.fixed}
-    if isinstance(recording, Recording) and setup.sensor is not None:
-        offset = given.get("offset", setup.sensor.offset)
-        values = (np.asarray(recording.values) - offset) / given.get("gain", setup.sensor.gain)
-        recording = eqx.tree_at(lambda each: each.values, recording, values)
-    return first_estimates(recording, oscillator, given.get("gap", 0.0))
+    own = Sensor() if setup.sensor is None else setup.sensor
+    sensor = Sensor(given.get("gain", own.gain), given.get("offset", own.offset))
+    return first_estimates(recording, oscillator, given.get("gap", 0.0), sensor)
 
 
 def compare(
@@ -85,10 +93,10 @@ def compare(
     *,
     seed: int = 0,
     tell: Callable[[str], None] = lambda _: None,
-    search: Search = search,
     each: Callable[..., Iterable[Fitted]] = map,
 ) -> list[Fitted]:
-    """Each law fitted from first estimates, the best first by Akaike's criterion.
+    """Each law fitted from first estimates, the best first by Akaike's criterion. A law that holds
+    others as special cases is fitted after them, and from their answers too.
 
     **Arguments:**
 
@@ -97,68 +105,120 @@ def compare(
     - `laws`: names from `LAWS`, or "none" for free flight.
     - `seed`: of the scattered starts.
     - `tell`: is told what begins.
-    - `search`: what carries out the searches.
     - `each`: what goes through the laws, such as the `map` of a pool of threads, in which settings
       of JAX made by `with` do not hold.
-    """
 
-    def fitted(variant: tuple[str, bool]) -> Fitted:
+    **Raises** `ValueError` as `fit` does, for an oscillator or a law that has no such name, and for
+    what a setup says of a parameter that the system does not have with any law.
+    """
+    return compare_by(Search(), recording, setup, laws, seed, tell, each)
+
+
+def compare_by(
+    search: Search,
+    recording: AnyRecording,
+    setup: Setup,
+    laws: Sequence[str],
+    seed: int,
+    tell: Callable[[str], None],
+    each: Callable[..., Iterable[Fitted]],
+) -> list[Fitted]:
+    """As `compare`, by a search that one chooses."""
+    _check_names(setup, laws)
+
+    done: dict[Variant, Fitted] = {}
+
+    def fitted(variant: Variant) -> Fitted:
         law, dry = variant
         tell(f"{law}, with dry friction" if dry else law)
         begin = time.perf_counter()
-        estimate = _fitted(_problem(recording, setup, law, dry), seed, search)
-        return Fitted(law, dry, estimate, time.perf_counter() - begin)
+        problem = _problem(recording, setup, law, dry)
+        cases = _special_cases(variant, problem, done)
+        beside = [values for values, _ in cases.values()]
+        estimate = _fitted(problem, seed, search, beside)
+        better = tuple(name for name, (_, own) in cases.items() if _is_worse(estimate, own))
+        if better:
+            nothing = jnp.full_like(estimate.verdicts, Verdict.NOT_IDENTIFIED)
+            estimate = dataclasses.replace(
+                estimate, converged=jnp.zeros_like(estimate.converged), verdicts=nothing
+            )
+        return Fitted(law, dry, estimate, time.perf_counter() - begin, stated, better)
 
+    stated = tuple({**setup.start, **setup.fixed})
     variants = [(law, dry) for law in laws for dry in _frictions(setup, law)]
-    return sorted(each(fitted, variants), key=_order)
+    _check_setup(recording, setup, variants)
+    for stage in in_stages(variants):
+        done |= dict(zip(stage, each(fitted, stage), strict=True))
+    fits = list(done.values())
+    return [fits[i] for i in best_first([fit.estimate for fit in fits])]
+
+
+def _special_cases(
+    variant: Variant, problem: Problem, done: Mapping[Variant, Fitted]
+) -> dict[str, tuple[np.ndarray, Estimate]]:
+    """The answers of a model's special cases, as its own parameters, by their names."""
+    found = {}
+    for small, fitted in done.items():
+        if bool(fitted.estimate.converged):
+            values = special_case(variant, problem, small, fitted.estimate)
+            if values is not None:
+                name = f"{small[0]} with dry friction" if small[1] else small[0]
+                found[name] = (values, fitted.estimate)
+    return found
+
+
+def _is_worse(estimate: Estimate, special: Estimate) -> bool:
+    return not float(estimate.rms) <= (1 + _ROUNDING) * float(special.rms)
 
 
 def _frictions(setup: Setup, law: str) -> tuple[bool, ...]:
-    """Without and with dry friction where free flight is to tell."""
+    """Without and with dry friction where free flight is to tell; with it if it is spoken of."""
+    if "dry_friction" in {*setup.fixed, *setup.start, *setup.free}:
+        return (True,)
     if law == NO_LAW and setup.dry_friction is None and _may_have_friction(setup):
         return False, True
     return (bool(setup.dry_friction),)
 
 
-def _fitted(problem: Problem, seed: int, search: Search) -> Estimate:
+def _check_names(setup: Setup, laws: Sequence[str]) -> None:
+    named = [("oscillator", setup.oscillator, [*OSCILLATORS])]
+    named += [("law", law, [NO_LAW, *LAWS]) for law in laws]
+    for kind, name, known in named:
+        if name not in known:
+            raise ValueError(f"There is no {kind} `{name}`; there are {', '.join(known)}.")
+
+
+def _check_setup(
+    recording: AnyRecording, setup: Setup, variants: Sequence[tuple[str, bool]]
+) -> None:
+    """That all that is said of parameters can be: of one that only other laws have, too."""
+    given = [*setup.fixed.items(), *setup.start.items()]
+    asked = dict.fromkeys([*setup.fixed, *setup.start, *setup.free])
+    if not asked:
+        return
+    if setup.dry_friction is False and "dry_friction" in asked:
+        raise ValueError("The setup speaks of `dry_friction`, and says that there is none.")
+    dry = any(dry for _, dry in variants)
+    known: dict[str, Range] = {}
+    for law in dict.fromkeys([*(law for law, _ in variants), *LAWS]):
+        if not known.keys() >= asked.keys():
+            found = handles(_system(first_sight(recording, setup, dry), setup, law))
+            known |= {name: handle.allowed for name, handle in found.items()}
+    for name in asked:
+        check_known(name, known)
+        if name in setup.free and name in setup.fixed:
+            raise ValueError(f"`{name}` is in both `free` and `fixed` of the setup.")
+    for name, value in given:
+        check_value(name, value, known[name])
+
+
+def _fitted(problem: Problem, seed: int, search: Search, cases: Sequence[np.ndarray]) -> Estimate:
+    """The best of searches from scattered starts and from special cases."""
     starts, optimiser = Starts(16, seed), LevenbergMarquardt()
-    estimate = solve(problem, starts, optimiser, search)
-    if bool(estimate.converged):
-        estimate = profiled(estimate, optimiser, starts.count, search)
-    if misfit(estimate) > 0:
-        nothing = jnp.full_like(estimate.verdicts, Verdict.NOT_IDENTIFIED)
-        estimate = eqx.tree_at(lambda each: each.verdicts, estimate, nothing)
-    return estimate
-
-
-def _order(fitted: Fitted) -> tuple[bool, float]:
-    return not bool(fitted.estimate.converged), float(fitted.estimate.aic)
-
-
-def misfit(estimate: Estimate) -> float:
-    """The share of a record's standard deviation that a fit leaves, if that is so much, and so
-    little like noise, that the model does not describe the record; else 0.
-    """
-    recording = estimate.problem.recording
-    if isinstance(recording, ImpactTimes) or not bool(estimate.converged):
-        return 0.0
-    values, valid = np.asarray(recording.values), np.asarray(recording.valid)
-    left = np.asarray(estimate.residuals)
-    share = float(estimate.rms) / float(np.std(values[valid]))
-    pairs = float(np.sum(left[1:] * left[:-1])) / float(np.sum(left**2))
-    return share if share > _UNEXPLAINED and pairs > _SMOOTH else 0.0
-
-
-def behind(best: Estimate, other: Estimate) -> Scalar:
-    """By how much Akaike's criterion is worse than the best, for correlated residuals: the
-    likelihood counts as that of the independent residuals which those of the best stand for.
-
-    Source: Lebreton et al., Ecological Monographs 62, 67 (1992), the quasi-likelihood criterion.
-    """
-    n, p = best.problem.observations, len(best.names)
-    share = jnp.minimum((best.freedom + p) / n.astype(best.freedom.dtype), 1.0)
-    more = 2.0 * (len(other.names) - p)
-    return (other.aic - best.aic - more) * share + more
+    lanes = starts.lanes(problem)
+    beside = starts_beside(problem, cases, lanes) if cases else None
+    estimate = best_from(problem, lanes, optimiser, search, beside)
+    return profiled_by(search, estimate, optimiser)
 
 
 def _may_have_friction(setup: Setup) -> bool:
@@ -167,17 +227,22 @@ def _may_have_friction(setup: Setup) -> bool:
 
 def _problem(recording: AnyRecording, setup: Setup, law: str, dry: bool) -> Problem:
     seen = first_sight(recording, setup, dry)
-    stop = None if law == NO_LAW else Stop(LAWS[law](seen))
-    model = ImpactOscillator(seen.oscillator, stop)
-    posed = pose(Experiment(model, recording, seen.initial, setup.sensor))
-    known = handles(posed.system)
-    given = {name: value for name, value in {**setup.start, **setup.fixed}.items() if name in known}
-    system = replaced(posed.system, tuple(given), tuple(given.values())) if given else posed.system
-    wanted = {*posed.names, *setup.free} - setup.fixed.keys()
-    names = tuple(name for name in known if name in wanted)
-    return Problem(
-        system=system,
-        recording=recording,
-        names=names,
-        simulation=effort(recording, seen, system.model),
+    system = _system(seen, setup, law)
+    known = handles(system)
+    fixed, start = (
+        {name: value for name, value in given.items() if name in known}
+        for given in (setup.fixed, setup.start)
     )
+    free = [name for name in setup.free if name in known]
+    posed = pose(Experiment(system.model, recording, system.initial, system.sensor, fixed, free))
+    start = {name: value for name, value in start.items() if name not in fixed}
+    begun = replaced(posed.system, tuple(start), tuple(start.values())) if start else posed.system
+    simulation = effort(recording, seen, begun.model)
+    return dataclasses.replace(posed, system=begun, simulation=simulation)
+
+
+def _system(seen: FirstEstimates, setup: Setup, law: str) -> System:
+    """What a recording shows at first sight, with a law."""
+    stop = None if law == NO_LAW else Stop(LAWS[law](seen))
+    sensor = Sensor() if setup.sensor is None else setup.sensor
+    return System(ImpactOscillator(seen.oscillator, stop), seen.initial, Start(0.0), sensor)

@@ -1,14 +1,16 @@
 """Gradient descent with Optax that takes no step in silence that cannot be computed."""
 
 from collections.abc import Callable
-from typing import NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
-import optax
 from jaxtyping import Array, Float, Int
 
 from impactjax._types import Flag, Scalar
+
+if TYPE_CHECKING:
+    import optax
 
 Vector = Float[Array, " numbers"]
 Cost = Callable[[Vector], Scalar]
@@ -39,7 +41,7 @@ class Descent(NamedTuple):
     cost: Scalar
     move: Vector
     share: Scalar  # of the move to take
-    memory: optax.OptState
+    memory: "optax.OptState"
     best: Vector
     lowest: Scalar
     calm: Int[Array, ""]
@@ -53,7 +55,7 @@ class Descent(NamedTuple):
 
 
 def begin(
-    optimiser: optax.GradientTransformation, start: Vector, unit: Scalar, history: History
+    optimiser: "optax.GradientTransformation", start: Vector, unit: Scalar, history: History
 ) -> Descent:
     """Before the first step; `unit` is what the history's costs have."""
     one = jnp.ones((), start.dtype)
@@ -71,10 +73,12 @@ def begin(
     )
 
 
-def step(optimiser: optax.GradientTransformation, cost: Cost, now: Descent) -> Descent:
+def step(optimiser: "optax.GradientTransformation", cost: Cost, now: Descent) -> Descent:
     """Computes the point that was proposed, and a proposal from there; half of the step next time
     if cost or gradient is not finite.
     """
+    import optax  # a tenth of a second that `fit` can do without
+
     function = cost if now.point.size > _FORWARD else _by_forward_mode(cost)
     trial = now.point + now.share * now.move
     value, slope = jax.value_and_grad(function)(trial)

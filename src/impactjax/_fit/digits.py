@@ -12,7 +12,12 @@ def with_error(value: float, error: float) -> str:
 
 
 def interval(low: float, high: float, error: float) -> str:
-    """The 95 % interval to two digits of the standard error; an open side is said."""
+    """The 95 % interval to two digits of the standard error; an open side is said, and one that is
+    not known, NaN.
+    """
+    if math.isnan(low) or math.isnan(high):
+        ends = ("?" if math.isnan(end) else _rounded(end, error) for end in (low, high))
+        return " to ".join(ends)
     if math.isinf(low) and math.isinf(high):
         return "any value"
     if math.isinf(high):
@@ -20,6 +25,20 @@ def interval(low: float, high: float, error: float) -> str:
     if math.isinf(low):
         return f"less than {_rounded(high, error)}"
     return f"{_rounded(low, error)} to {_rounded(high, error)}"
+
+
+def with_unit(shown: str, unit: str) -> str:
+    """A number with its unit; nothing stands for that of a pure number."""
+    return shown if unit == "1" else f"{shown} {unit}"
+
+
+def apart(value: float, limit: float) -> tuple[str, str]:
+    """Two numbers with three digits, or as many as it takes to tell them apart."""
+    for digits in range(3, 17):
+        shown = f"{value:.{digits}g}", f"{limit:.{digits}g}"
+        if shown[0] != shown[1]:
+            return shown
+    return f"{value:.3g}", f"{limit:.3g}"
 
 
 def _rounded(value: float, error: float) -> str:

@@ -1,32 +1,37 @@
 """What a fit returns."""
 
+import dataclasses
 import math
 from typing import Generic, TypeVar
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Bool, Float, Int
 
+from impactjax._fit.assumptions import Rest, assumptions, given_words, rests
 from impactjax._fit.digits import interval, with_error
 from impactjax._fit.problem import AbstractProblem, Problem
 from impactjax._fit.system import System
 from impactjax._fit.verdict import Verdict
+from impactjax._known import AnyArray, known
 from impactjax._simulate.impact_log import ImpactLog
-from impactjax._types import Scalar
 
-PerParameter = Float[Array, "... parameters"]
+PerParameter = Float[AnyArray, "... parameters"]
 P = TypeVar("P", bound=AbstractProblem)
 
 
 class Estimate(eqx.Module, Generic[P]):
     """Parameters with their uncertainty, in the order of `names`.
 
-    - `values`, `standard_errors`: in the parameter's own unit.
+    - `values`, `standard_errors`: in the parameter's own unit; of small errors, or from the profile
+      where that says otherwise.
     - `inflation`: factor of the errors over those for independent residuals [1].
     - `freedom`: degrees of freedom of the errors: observations, counted as independent ones, less
       parameters; infinite if the sensor's noise is known.
     - `memory`: order of the autoregression that the residuals follow; 0 if they are independent.
-    - `low`, `high`: ends of the 95 % interval; a range's end, or infinity, where it is open.
+    - `low`, `high`: ends of the 95 % interval; a range's end, or infinity, where it is open; NaN
+      where its profile could not go on.
     - `covariance`: of the values.
     - `verdicts`: as `Verdict` numbers.
     - `residuals`: simulated minus recorded, in the recording's SI unit; 0 if not valid. Of several
@@ -37,6 +42,9 @@ class Estimate(eqx.Module, Generic[P]):
     - `rms`: root of the mean square of the residuals.
     - `aic`, `bic`: information criteria for normal residuals, of unknown size unless the
       sensor's is known.
+    - `misfit`: share of the record's standard deviation that is left [1], if that is so much, and
+      so little like noise, that the model plainly misses the record; else 0. Of several recordings
+      the largest.
     - `converged`: whether the optimiser came to rest.
     - `iterations`: evaluations it took.
     - `start_costs`: the cost, half the sum of squares, at the end of the search from each start.
@@ -46,21 +54,31 @@ class Estimate(eqx.Module, Generic[P]):
     values: PerParameter
     standard_errors: PerParameter
     inflation: PerParameter
-    freedom: Float[Array, "..."]
-    memory: Int[Array, "..."]
+    freedom: Float[AnyArray, "..."]
+    memory: Int[AnyArray, "..."]
     low: PerParameter
     high: PerParameter
-    covariance: Float[Array, "... parameters parameters"]
-    verdicts: Int[Array, "... parameters"]
-    residuals: Float[Array, "... observations"]
-    jacobian: Float[Array, "... observations parameters"]
+    covariance: Float[AnyArray, "... parameters parameters"]
+    verdicts: Int[AnyArray, "... parameters"]
+    residuals: Float[AnyArray, "... observations"]
+    jacobian: Float[AnyArray, "... observations parameters"]
     impacts: ImpactLog
-    rms: Float[Array, "..."]
-    aic: Float[Array, "..."]
-    bic: Float[Array, "..."]
-    converged: Bool[Array, "..."]
-    iterations: Int[Array, "..."]
-    start_costs: Float[Array, "... starts"]
+    rms: Float[AnyArray, "..."]
+    aic: Float[AnyArray, "..."]
+    bic: Float[AnyArray, "..."]
+    misfit: Float[AnyArray, "..."]
+    converged: Bool[AnyArray, "..."]
+    iterations: Int[AnyArray, "..."]
+    start_costs: Float[AnyArray, "... starts"]
+
+    def of(self, problem: P) -> "Estimate[P]":
+        """The estimate of a problem of which this one is that with more rows at the end."""
+        count = problem.valid.shape[-1]
+        if count == self.residuals.shape[-1]:
+            return self
+        rows = known((self.residuals, self.jacobian))
+        residuals, jacobian = (jnp.asarray(x[:count]) for x in rows)
+        return dataclasses.replace(self, problem=problem, residuals=residuals, jacobian=jacobian)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -70,7 +88,7 @@ class Estimate(eqx.Module, Generic[P]):
     @property
     def system(self: "Estimate[Problem]") -> System:
         """Model, initial state and sensor with the fitted values."""
-        return self.problem.system_with(self.values)
+        return self.problem.system_with(jnp.asarray(self.values))
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -78,16 +96,23 @@ class Estimate(eqx.Module, Generic[P]):
         return tuple(handle.allowed.unit for handle in self.problem.handles().values())
 
     @property
-    def correlation(self) -> Float[Array, "... parameters parameters"]:
+    def usable(self) -> Bool[AnyArray, "..."]:
+        """Whether the search converged and the model does not plainly miss the record. Otherwise
+        nothing is identified.
+        """
+        return self.converged & (self.misfit == 0)
+
+    @property
+    def correlation(self) -> Float[AnyArray, "... parameters parameters"]:
         """Correlation matrix of the values."""
         scale = self.standard_errors
         return self.covariance / (scale[..., :, None] * scale[..., None, :])
 
-    def value(self, name: str) -> Scalar:
+    def value(self, name: str) -> Float[AnyArray, "..."]:
         """The value of a fitted parameter by name."""
         return self.values[..., self._place(name)]
 
-    def standard_error(self, name: str) -> Scalar:
+    def standard_error(self, name: str) -> Float[AnyArray, "..."]:
         """The standard error of a fitted parameter by name."""
         return self.standard_errors[..., self._place(name)]
 
@@ -96,8 +121,22 @@ class Estimate(eqx.Module, Generic[P]):
             raise ValueError(f"`{name}` was not fitted; {', '.join(self.names)} were.")
         return self.names.index(name)
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many fits this holds, along each axis of a `vmap`; none of a single one."""
+        return self.rms.shape
+
+    def check_single(self) -> None:
+        """Raises `ValueError` if this holds several fits."""
+        if self.shape:
+            raise ValueError(
+                f"This estimate holds {math.prod(self.shape)} fits: take one of them, by "
+                "`jax.tree.map(lambda x: x[0], estimate)`."
+            )
+
     def verdict(self, name: str) -> Verdict:
         """What the recording tells about a parameter of a single fit."""
+        self.check_single()
         if name not in self.names:
             return Verdict.FIXED
         return Verdict(int(np.asarray(self.verdicts[self.names.index(name)])))
@@ -106,9 +145,11 @@ class Estimate(eqx.Module, Generic[P]):
         """A parameter's value with its standard error; only its bound, where the recording gives it
         no more than that and the error is no measure of it. Of a single fit.
         """
+        self.check_single()
         i = self.names.index(name)
         value, error = float(self.values[i]), float(self.standard_errors[i])
-        if self.verdict(name) is Verdict.IDENTIFIED or error < abs(value) / 2:
+        told = self.verdict(name) in (Verdict.IDENTIFIED, Verdict.UNDECIDED)
+        if told or error < abs(value) / 2:
             return with_error(value, error)
         allowed = self.problem.handles()[name].allowed
         low, high = float(self.low[i]), float(self.high[i])
@@ -119,15 +160,34 @@ class Estimate(eqx.Module, Generic[P]):
         return interval(low, high, error)
 
     def __str__(self) -> str:
+        if self.shape:
+            return (
+                f"{math.prod(self.shape)} fits of {', '.join(self.names)}: "
+                f"{int(self.converged.sum())} converged, {int(self.usable.sum())} of them describe "
+                "their record"
+            )
+        resting = _resting(self)
         lines = [
             f"{name}{_between(self.quoted(name))}{'' if unit == '1' else f' {unit}'} "
-            f"({self.verdict(name)})"
+            f"({self.verdict(name)}{given_words(resting.get(name))})"
             for name, unit in zip(self.names, self.units, strict=True)
         ]
         state = "converged" if bool(self.converged) else "not converged"
+        if float(self.misfit) > 0:
+            state += f", but misses the record: {100 * float(self.misfit):.0f} % of it is left"
         return "\n".join([*lines, f"rms residual {float(self.rms):.4g}, {state}"])
 
 
 def _between(quoted: str) -> str:
     """An equals sign before a value, a colon before words."""
     return f" = {quoted}" if "±" in quoted else f": {quoted}"
+
+
+def _resting(estimate: Estimate) -> dict[str, Rest]:
+    """What each value rests on that has its default; of several recordings nothing is said."""
+    problem = estimate.problem
+    if not isinstance(problem, Problem):
+        return {}
+    system = problem.system_with(jnp.asarray(estimate.values))
+    assumed = assumptions(system, problem.names, ())
+    return rests(system, problem.recording, problem.names, assumed)

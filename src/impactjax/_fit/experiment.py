@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
+from jaxtyping import ArrayLike
+
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.problem import Simulation, Tie
@@ -11,6 +13,8 @@ from impactjax._measure.recording import AnyRecording
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.simulate import InitialState
+
+Fixed = Sequence[str] | Mapping[str, ArrayLike]
 
 
 class Experiment(NamedTuple):
@@ -20,7 +24,8 @@ class Experiment(NamedTuple):
     - `recording`: what was measured.
     - `initial`: starting values of the state at the first sample or impact.
     - `sensor`: what stands between motion and recording; nothing if `None`.
-    - `fixed`, `free`: names of parameters to leave alone, and to fit although usually known.
+    - `fixed`: names of parameters to leave alone, or their values by name.
+    - `free`: names of parameters to fit although they are usually known.
     - `ties`: parameters that follow from others of this experiment.
     - `simulation`, `loss`, `noise`: how it is simulated, and what is assumed of its residuals.
     """
@@ -29,7 +34,7 @@ class Experiment(NamedTuple):
     recording: AnyRecording
     initial: InitialState
     sensor: Sensor | None = None
-    fixed: Sequence[str] = ()
+    fixed: Fixed = ()
     free: Sequence[str] = ()
     ties: Mapping[str, Tie] = MappingProxyType({})
     simulation: Simulation = Simulation()

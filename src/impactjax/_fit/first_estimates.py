@@ -3,14 +3,19 @@
 from itertools import pairwise
 from typing import NamedTuple
 
+import equinox as eqx
 import numpy as np
 from scipy import special
 
 from impactjax._fit.motion import motion
-from impactjax._measure.recording import AnyRecording, ImpactTimes
+from impactjax._fit.peaks import peaks
+from impactjax._fit.savitzky_golay import savitzky_golay
+from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
+from impactjax._measure.sensor import Sensor
 from impactjax._model.bouncing_ball import BouncingBall
 from impactjax._model.linear_oscillator import LinearOscillator
 from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.parameter import as_parameter, plain
 from impactjax._model.pendulum import Pendulum
 from impactjax._simulate.simulate import InitialState
 
@@ -78,9 +83,17 @@ class FirstEstimates(NamedTuple):
 
 
 def first_estimates(
-    recording: AnyRecording, oscillator: AbstractOscillator, gap: float = 0.0
+    recording: AnyRecording,
+    oscillator: AbstractOscillator,
+    gap: float = 0.0,
+    sensor: Sensor | None = None,
 ) -> FirstEstimates:
-    """First estimates for an oscillator of a given kind, whose known values are kept."""
+    """First estimates for an oscillator of a given kind, whose known values are kept, from what a
+    sensor of known gain and offset has seen.
+    """
+    if sensor is not None and isinstance(recording, Recording):
+        values = (np.asarray(recording.values) - plain(sensor.offset)) / plain(sensor.gain)
+        recording = eqx.tree_at(lambda each: each.values, recording, values)
     if isinstance(recording, ImpactTimes):
         return _from_impact_times(recording, oscillator)
     ts, values = motion(recording, oscillator)
@@ -102,9 +115,7 @@ def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
     """A smoothed record, and the size of its noise."""
     if len(values) < 16:
         return values, 0.0
-    from scipy import signal  # half a second that `import impactjax` can do without
-
-    return np.asarray(signal.savgol_filter(values, 9, 2)), noise_size(values)
+    return savitzky_golay(values, 9, 2), noise_size(values)
 
 
 def noise_size(values: np.ndarray) -> float:
@@ -135,10 +146,7 @@ def _stop_seen(values: np.ndarray, smooth: np.ndarray, noise: float) -> float | 
 
 def _turns(smooth: np.ndarray, noise: float) -> np.ndarray:
     """Where a record is lowest, between one flight or swing and the next."""
-    from scipy import signal
-
-    prominence = max(_PROMINENCE * noise, 0.02 * float(np.ptp(smooth)))
-    return signal.find_peaks(-smooth, prominence=prominence)[0]
+    return peaks(-smooth, max(_PROMINENCE * noise, 0.02 * float(np.ptp(smooth))))
 
 
 def _initial(ts: np.ndarray, values: np.ndarray, noise: float, gap: float) -> InitialState:
@@ -246,19 +254,11 @@ def _speeds(oscillator: AbstractOscillator, heights: np.ndarray, gap: float) -> 
 
 
 def _with_motion(oscillator: AbstractOscillator, omega: float, zeta: float) -> AbstractOscillator:
-    if isinstance(oscillator, Pendulum):
-        return Pendulum(
-            omega,
-            zeta,
-            length=oscillator.length,
-            mass=oscillator.mass,
-            dry_friction=oscillator.dry_friction,
-        )
-    if isinstance(oscillator, LinearOscillator):
-        return LinearOscillator(
-            omega, zeta, mass=oscillator.mass, dry_friction=oscillator.dry_friction
-        )
-    return oscillator
+    """The oscillator with a frequency and a damping, if it has them; all else is kept."""
+    if not isinstance(oscillator, Pendulum | LinearOscillator):
+        return oscillator
+    own = as_parameter(omega), as_parameter(zeta)
+    return eqx.tree_at(lambda each: (each.omega_n, each.zeta), oscillator, own)
 
 
 def _from_impact_times(recording: ImpactTimes, oscillator: AbstractOscillator) -> FirstEstimates:

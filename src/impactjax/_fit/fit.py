@@ -3,25 +3,26 @@
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-import jax.numpy as jnp
+import jax
 import numpy as np
 from jax.core import Tracer
 
 from impactjax._fit.estimate import Estimate, P
-from impactjax._fit.experiment import Experiment
+from impactjax._fit.evaluation import Lanes
+from impactjax._fit.experiment import Experiment, Fixed
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.problem import Problem, Simulation, Tie
-from impactjax._fit.search import Lanes, Search, best_of, search
+from impactjax._fit.requests import check_declared, check_observable, check_requests
+from impactjax._fit.search import Search, Searches, lowest
 from impactjax._fit.starts import Starts
 from impactjax._fit.summary import summarise
-from impactjax._fit.system import Start, System, handles
-from impactjax._measure.quantity import ContactForce
+from impactjax._fit.system import Start, System, handles, replaced
+from impactjax._known import AnyArray, is_known, namespace
 from impactjax._measure.recording import AnyRecording, ImpactTimes
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.law import AbstractForceLaw
 from impactjax._simulate.simulate import InitialState
 
 
@@ -31,7 +32,7 @@ def fit(
     *,
     initial: InitialState,
     sensor: Sensor | None = None,
-    fixed: Sequence[str] = (),
+    fixed: Fixed = (),
     free: Sequence[str] = (),
     starts: Starts = Starts(1),
     optimiser: LevenbergMarquardt = LevenbergMarquardt(),
@@ -52,7 +53,8 @@ def fit(
     - `recording`: what was measured.
     - `initial`: starting values of the state at the first sample or impact.
     - `sensor`: what stands between motion and recording; nothing if left out.
-    - `fixed`: names of parameters to leave alone.
+    - `fixed`: names of parameters to leave alone, or their values by name:
+      `{"zeta": 0.0017}`.
     - `free`: names of parameters to fit although they are usually known.
     - `starts`: from where to search.
     - `optimiser`, `simulation`: how.
@@ -62,29 +64,50 @@ def fit(
     - `ties`: parameters that follow from the others, each a function of all parameters by name:
       `{"upper_r": lambda at: at["lower_r"]}`.
 
-    **Raises** `ValueError` for a name that the system does not have, and for a recording with fewer
+    **Raises** `ValueError` for a name that the system does not have, a value that is out of range,
+    a number in the model that is not declared as a `parameter`, and for a recording with fewer
     observations than parameters. A fit that does not converge says so in the estimate.
     """
     experiment = Experiment(
         model, recording, initial, sensor, fixed, free, ties, simulation, loss, noise
     )
-    return solve(pose(experiment), starts, optimiser)
+    problem = pose(experiment)
+    check_declared(problem.system)
+    return solve(problem, starts, optimiser)
 
 
 def solve(
-    problem: Problem, starts: Starts, optimiser: LevenbergMarquardt, search: Search = search
+    problem: Problem, starts: Starts, optimiser: LevenbergMarquardt, search: Search = Search()
 ) -> Estimate[Problem]:
     """The estimate of the best of several searches."""
     return best_from(problem, starts.lanes(problem), optimiser, search)
 
 
 def best_from(
-    problem: P, lanes: Lanes, optimiser: LevenbergMarquardt, search: Search = search
+    problem: P,
+    lanes: Lanes,
+    optimiser: LevenbergMarquardt,
+    search: Search = Search(),
+    beside: Lanes | None = None,
 ) -> Estimate[P]:
-    """The estimate of the best of searches from some starts in the optimiser's coordinates."""
-    everything = jnp.asarray(np.ones(lanes.shape, bool))
-    minima = search(problem, optimiser, lanes, everything, problem.parts(optimiser.horizons))
-    return summarise(problem, best_of(minima), minima.quadratic.cost)
+    """The estimate of the best of searches from some starts in the optimiser's coordinates, and
+    from as many others that are close already: in these each part is the whole record, so that none
+    ends above where it started.
+    """
+    own, problem = problem, problem.padded() if is_known(problem) else problem
+    everything = np.ones(lanes.shape, bool)
+    parts = problem.parts(optimiser.horizons)
+    minima = search.minima(problem, optimiser, Searches(lanes, everything, parts))
+    if beside is not None:
+        whole = namespace(parts).broadcast_to(parts[-1], parts.shape)
+        more = lowest(search.minima(problem, optimiser, Searches(beside, everything, whole)))
+        minima = jax.tree.map(_with_last, minima, more)
+    best = search.best_of(problem, minima, parts)
+    return summarise(problem, best, minima.cost).of(own)
+
+
+def _with_last(x: AnyArray, last: AnyArray) -> AnyArray:
+    return namespace(x).concatenate([x[:-1], last[None]])
 
 
 def pose(experiment: Experiment) -> Problem:
@@ -95,8 +118,10 @@ def pose(experiment: Experiment) -> Problem:
     sensor = Sensor() if experiment.sensor is None else experiment.sensor
     system = System(experiment.model, experiment.initial, Start(first), sensor, unit)
     known = handles(system)
-    _check_observable(experiment)
-    _check_requests(experiment, system)
+    check_observable(experiment)
+    check_requests(experiment, system)
+    if isinstance(fixed, Mapping):
+        system = replaced(system, tuple(fixed), tuple(fixed.values()))
     usual = {name for name, handle in known.items() if not handle.allowed.known}
     if isinstance(recording, ImpactTimes):
         usual = (usual | {"t0"}) - {"x0", "theta0"}
@@ -118,44 +143,3 @@ def pose(experiment: Experiment) -> Problem:
         noise=experiment.noise,
         ties=tuple(ties.items()),
     )
-
-
-def _check_observable(experiment: Experiment) -> None:
-    """That the oscillator and its stops have what was recorded."""
-    if isinstance(experiment.recording, ImpactTimes):
-        return
-    quantity, model = experiment.recording.quantity, experiment.model
-    if quantity.of_angle not in (None, model.oscillator.is_angle()):
-        raise ValueError(
-            f"A record of {quantity.name} does not suit a {type(model.oscillator).__name__}."
-        )
-    laws = [stop.law for stop in (model.lower, model.upper) if stop is not None]
-    if isinstance(quantity, ContactForce) and not any(
-        isinstance(law, AbstractForceLaw) for law in laws
-    ):
-        raise ValueError("No stop of the model has a force law, so there is no contact force.")
-
-
-def _check_requests(experiment: Experiment, system: System) -> None:
-    """That all names are known, each asked for once, and that ties can be worked out."""
-    known = handles(system)
-    asked = {"fixed": experiment.fixed, "free": experiment.free, "ties": tuple(experiment.ties)}
-    seen: dict[str, str] = {}
-    for argument, names in asked.items():
-        if isinstance(names, str):
-            raise ValueError(f"Argument `{argument}` must be a list of names: ['{names}'].")
-        for name in names:
-            if name not in known:
-                raise ValueError(f"There is no parameter `{name}`; there are {', '.join(known)}.")
-            if seen.setdefault(name, argument) != argument:
-                raise ValueError(f"`{name}` is in both `{seen[name]}` and `{argument}`.")
-    at = {name: handle.get(system) for name, handle in known.items() if name not in experiment.ties}
-    for name, tie in experiment.ties.items():
-        try:
-            value = jnp.asarray(tie(at))
-        except KeyError as error:
-            raise ValueError(
-                f"The tie of `{name}` asks for {error}, which is no parameter or tied itself."
-            ) from error
-        if value.shape != known[name].get(system).shape:
-            raise ValueError(f"The tie of `{name}` gives shape {value.shape}, not one number.")

@@ -1,22 +1,24 @@
 """Several recordings, each with a system of its own, and the parameters that they share."""
 
 from collections.abc import Sequence
+from typing import NoReturn
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int, Key
+from jaxtyping import Array, Float, Int, Key
 
 from impactjax._fit.loss import AbstractLoss, Residuals
 from impactjax._fit.minimiser import Matrix, Vector
 from impactjax._fit.noise import AbstractNoise, Jacobian, Scores
 from impactjax._fit.problem import AbstractProblem, Answer, Assumed, Problem
 from impactjax._fit.system import Handle
+from impactjax._known import namespace
 from impactjax._measure.recording import Valid
 from impactjax._model.parameter import Requirement, as_parameter, is_positive, raise_if_violated
 from impactjax._simulate.impact_log import ImpactLog
-from impactjax._types import Scalar
+from impactjax._types import Flag, Scalar
 
 
 class Normal(eqx.Module):
@@ -51,6 +53,21 @@ class JointProblem(AbstractProblem):
     places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     asked: tuple[int, ...] = eqx.field(static=True)
 
+    @property
+    def recording(self) -> NoReturn:
+        """There are several."""
+        raise _several()
+
+    @property
+    def system(self) -> NoReturn:
+        """There are several."""
+        raise _several()
+
+    def system_with(self, values: Vector) -> NoReturn:
+        """There are several."""
+        del values
+        raise _several()
+
     def assumed(self) -> Assumed:
         """As in each problem; what is known beforehand is independent and normal."""
         losses = tuple(each.loss for each in self.problems)
@@ -77,9 +94,10 @@ class JointProblem(AbstractProblem):
         known = jnp.ones(len(self.priors), bool)
         return jnp.concatenate([*(each.valid for each in self.problems), known])
 
-    def first(self, share: float) -> Bool[Array, " observations"]:
-        known = jnp.ones(len(self.priors), bool)
-        return jnp.concatenate([*(each.first(share) for each in self.problems), known])
+    def first(self, share: float) -> Valid:
+        known = np.ones(len(self.priors), bool)
+        parts = [each.first(share) for each in self.problems]
+        return namespace(*parts).concatenate([*parts, known])
 
     def variance(self) -> Scalar | None:
         return jnp.ones(()) if self.sizes_found == 0 else None
@@ -102,6 +120,11 @@ class JointProblem(AbstractProblem):
             lambda each: (each.problems, each.priors), self, (tuple(problems), tuple(priors))
         )
 
+    def misfit(self, residuals: Float[Array, " observations"]) -> Scalar:
+        """The largest of all recordings."""
+        each = [problem.misfit(self.share(i, residuals)) for i, problem in enumerate(self.problems)]
+        return jnp.max(jnp.stack(each))
+
     @property
     def log_units(self) -> Scalar:
         each = [
@@ -114,10 +137,10 @@ class JointProblem(AbstractProblem):
     def sizes_found(self) -> int:
         return sum(each.sizes_found for each in self.problems)
 
-    def answer(self, values: Vector) -> Answer:
+    def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
         """Rows of the impact log are filled up so that all logs have as many."""
         rows, columns, logs = [], [], []
-        answers = _answers(self.problems, [values[jnp.array(places)] for places in self.places])
+        answers = _answers(self.problems, [values[jnp.array(own)] for own in self.places], logged)
         for answer, places, size in zip(answers, self.places, self.sizes, strict=True):
             assert answer.jacobian is not None
             own = jnp.zeros((answer.residuals.shape[0], len(self.names)), values.dtype)
@@ -133,6 +156,13 @@ class JointProblem(AbstractProblem):
     def share(self, index: int, rows: Float[Array, "... observations"]) -> Array:
         """One recording's share of the residuals or other rows, in its SI unit."""
         return _blocks(rows, self._lengths)[index] * self.sizes[index]
+
+
+def _several() -> ValueError:
+    return ValueError(
+        "This estimate is of several recordings: take that of one of them, by "
+        "`of_experiment(estimate, index)`."
+    )
 
 
 class _JointLoss(AbstractLoss):
@@ -191,7 +221,9 @@ def _blocks(rows: Array, lengths: Sequence[int]) -> list[Array]:
     return jnp.split(rows, np.cumsum(lengths))
 
 
-def _answers(problems: Sequence[Problem], values: Sequence[Vector]) -> list[Answer]:
+def _answers(
+    problems: Sequence[Problem], values: Sequence[Vector], logged: Flag | None
+) -> list[Answer]:
     """The answer of each problem; those of one kind in one batch, so that they share a program."""
     kinds: dict[object, list[int]] = {}
     for i, problem in enumerate(problems):
@@ -201,7 +233,7 @@ def _answers(problems: Sequence[Problem], values: Sequence[Vector]) -> list[Answ
     found: dict[int, Answer] = {}
     for indices in kinds.values():
         own = jax.tree.map(lambda *each: jnp.stack(each), *[problems[i] for i in indices])
-        batch = jax.vmap(lambda problem, at: problem.answer(at))(
+        batch = jax.vmap(lambda problem, at: problem.answer(at, logged))(
             own, jnp.stack([values[i] for i in indices])
         )
         for row, i in enumerate(indices):

@@ -1,32 +1,41 @@
 """The verb `learn`: gradient descent through the simulator, for laws with many weights."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import optax
 from jaxtyping import Array, Float, Int
 
 from impactjax._fit.descent import History, begin, step
-from impactjax._fit.experiment import Experiment
+from impactjax._fit.experiment import Experiment, Fixed
 from impactjax._fit.fit import pose
 from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, places
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.problem import Answer, Simulation, around
+from impactjax._fit.requests import check_declared
 from impactjax._measure.recording import AnyRecording
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.simulate import InitialState
 from impactjax._types import Flag, Scalar
 
+if TYPE_CHECKING:
+    import optax
+
 Axes = Float[Array, "numbers numbers"]
 
 _NEAR = 0.1  # standard errors
 
-LBFGS = optax.lbfgs(linesearch=optax.scale_by_backtracking_linesearch(max_backtracking_steps=20))
+
+@cache  # what it is used in is compiled once
+def _lbfgs() -> "optax.GradientTransformation":
+    import optax
+
+    return optax.lbfgs(linesearch=optax.scale_by_backtracking_linesearch(max_backtracking_steps=20))
 
 
 def learn(
@@ -36,9 +45,9 @@ def learn(
     initial: InitialState,
     where: Where = no_weights,
     sensor: Sensor | None = None,
-    fixed: Sequence[str] = (),
+    fixed: Fixed = (),
     free: Sequence[str] = (),
-    optimiser: optax.GradientTransformation = LBFGS,
+    optimiser: "optax.GradientTransformation | None" = None,
     steps: int = 20,
     rounds: int = 50,
     simulation: Simulation = Simulation(),
@@ -94,9 +103,10 @@ def learn(
     )
     problem = pose(experiment)
     task = Task(problem, places(problem.system, where))
-    search = _first(task, rounds * steps)
+    check_declared(problem.system, task.places)
+    by, search = optimiser or _lbfgs(), _first(task, rounds * steps)
     for end in (rounds,) if tell is None else range(rounds + 1):
-        search = _search(task, optimiser, steps, rounds, jnp.asarray(end), search)
+        search = _search(task, by, steps, rounds, jnp.asarray(end), search)
         if tell is not None:
             rms = float(_rms(task, search.slopes.answer))
             tell(f"{end} of {rounds} rounds, rms residual {rms:.4g}")
@@ -160,7 +170,7 @@ def _first(task: Task, most: int) -> _Search:
 @eqx.filter_jit
 def _search(
     task: Task,
-    optimiser: optax.GradientTransformation,
+    optimiser: "optax.GradientTransformation",
     steps: int,
     rounds: int,
     end: Int[Array, ""],

@@ -1,48 +1,55 @@
-"""Nonlinear least squares by Levenberg and Marquardt, an evaluation at a time."""
+"""Nonlinear least squares by Levenberg and Marquardt, an evaluation at a time.
+
+A search asks for the value at a point and is told it: one step serves a search whose numbers are
+known, with evaluations of many searches in one call, and one that JAX traces.
+
+Source: damping by gain as in Nielsen (1999), "Damping parameter in Marquardt's method", IMM-REP.
+"""
 
 import dataclasses
 from collections.abc import Callable
 from typing import Generic, NamedTuple, TypeVar
 
 import equinox as eqx
-import jax
-import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+import numpy as np
+from jaxtyping import Bool, Float, Int
 
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._types import Code, Flag, Scalar
+from impactjax._known import AnyArray, either, namespace
 
 _TIE = 0.001  # share of the strongest curvature in the damping of each parameter
 _GROWTH = 2.0  # of the damping, when a step is refused for the first time
 _TOO_MUCH, _LEAST_DAMPING = 1e12, 1e-12
 
 T = TypeVar("T")
-Vector = Float[Array, " parameters"]
-Matrix = Float[Array, "parameters parameters"]
-Part = Code  # number of a part of the observations
+Vector = Float[AnyArray, " parameters"]
+Matrix = Float[AnyArray, "parameters parameters"]
+Mask = Bool[AnyArray, " parameters"]
+Number = Float[AnyArray, ""]
+Flag = Bool[AnyArray, ""]
+Count = Int[AnyArray, ""]
 
 
 class Quadratic(eqx.Module):
     """The sum of squares around a point, in the optimiser's coordinates."""
 
-    cost: Scalar  # Σ r² / 2
-    gradient: Vector
-    curvature: Matrix  # Gauss-Newton
+    cost: Float[AnyArray, "..."]  # Σ r² / 2
+    gradient: Float[AnyArray, "... parameters"]
+    curvature: Float[AnyArray, "... parameters parameters"]  # Gauss-Newton
 
 
-class Objective(eqx.Module, Generic[T]):
+@dataclasses.dataclass(frozen=True, eq=False)
+class Objective(Generic[T]):
     """What is minimised: over one part of the observations after the other, the last the whole.
 
-    - `answer`: what a point says, which is expensive.
-    - `around`: the sum of squares of a part around a point, from its answer, which is not.
+    - `around`: the sum of squares of a part around a point, from the answer of its evaluation.
     - `onwards`: where the search of the next part starts if that of the last one ends at a point.
     - `reductions`: of each part, relative decrease of the cost below which its minimum is found.
     """
 
-    answer: Callable[[Vector], T]
-    around: Callable[[Vector, T, Part], Quadratic]
+    around: Callable[[Vector, T, Count], Quadratic]
     onwards: Callable[[Vector], Vector]
-    reductions: Float[Array, " parts"]
+    reductions: Float[AnyArray, " parts"]
 
 
 class Bounds(NamedTuple):
@@ -54,7 +61,7 @@ class Bounds(NamedTuple):
       that may do so anyway.
     """
 
-    active: Bool[Array, " parameters"]
+    active: Mask
     reach: Vector
     usual: Vector
 
@@ -62,42 +69,51 @@ class Bounds(NamedTuple):
 class Minimum(eqx.Module, Generic[T]):
     """Where a search ended."""
 
-    u: Vector
+    u: Float[AnyArray, "... parameters"]
     answer: T
-    quadratic: Quadratic
-    converged: Flag
-    iterations: Int[Array, ""]
+    cost: Float[AnyArray, "..."]
+    converged: Bool[AnyArray, "..."]
+    iterations: Int[AnyArray, "..."]
 
 
-class _Best(eqx.Module, Generic[T]):
-    """The lowest point so far, or where to begin: the cost is infinite where nothing is known."""
+class Point(eqx.Module, Generic[T]):
+    """A point that was evaluated; its cost is infinite where nothing is known of it."""
 
     u: Vector
     answer: T
     quadratic: Quadratic
 
     @property
-    def begins(self) -> Flag:
-        return ~jnp.isfinite(self.quadratic.cost)
+    def is_known(self) -> Flag:
+        """Whether it was evaluated, and could be."""
+        return namespace(self.u).isfinite(self.quadratic.cost)
 
 
 class State(eqx.Module, Generic[T]):
-    """Where a search is."""
+    """Where a search is.
 
-    best: _Best[T]
-    damping: Scalar
-    growth: Scalar
-    part: Part
-    left: Int[Array, ""]  # evaluations, in this part
+    - `best`: the lowest point so far, or where to begin.
+    - `trial`: where to evaluate next.
+    - `predicted`: by how much the cost should fall there.
+    - `left`: evaluations, in this part.
+    """
+
+    best: Point[T]
+    trial: Vector
+    predicted: Number
+    damping: Number
+    growth: Number
+    part: Count
+    left: Count
     converged: Flag
     ended: Flag
-    iterations: Int[Array, ""]
+    iterations: Count
 
     @property
     def minimum(self) -> Minimum[T]:
         """Where the search ends, if it has."""
         best = self.best
-        return Minimum(best.u, best.answer, best.quadratic, self.converged, self.iterations)
+        return Minimum(best.u, best.answer, best.quadratic.cost, self.converged, self.iterations)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -108,122 +124,134 @@ class Minimiser(Generic[T]):
     expected; that of a part is good enough when it would by a step of Gauss and Newton, unless it
     is the last one. A parameter that is not felt over its reach stays for the moment. A point whose
     cost is not finite is never accepted.
+
+    - `nothing`: the point of which nothing is known.
     """
 
     settings: LevenbergMarquardt
     objective: Objective[T]
     bounds: Bounds
+    nothing: Point[T]
 
     def begin(self, start: Vector) -> State[T]:
         """Before the first evaluation."""
-        return self._fresh(_nothing(self.objective, start), jnp.int32(0), jnp.int32(0))
+        zero = namespace(start).zeros((), np.int32)
+        return self._fresh(dataclasses.replace(self.nothing, u=start), zero, zero)
 
-    def go_on(self, state: State[T]) -> State[T]:
-        """After one evaluation more, and in the next part if that of the last one is over."""
-        return jax.lax.while_loop(
-            lambda state: state.ended & self._is_early(state.part),
-            self._next_part,
-            self._improved(state),
-        )
+    def told(self, state: State[T], answer: T) -> State[T]:
+        """After the evaluation of the trial, and in the next part if that of the last is over."""
+        quadratic = self.objective.around(state.trial, answer, state.part)
+        state = self._learned(state, Point(state.trial, answer, quadratic))
+        for _ in range(self.objective.reductions.shape[0] - 1):
+            over = state.ended & self._is_early(state.part)
+            state = either(over, lambda state=state: self._next_part(state), state)
+        return self._proposed(state)
 
-    def _fresh(self, best: _Best[T], part: Part, iterations: Int[Array, ""]) -> State[T]:
+    def _fresh(self, best: Point[T], part: Count, iterations: Count) -> State[T]:
+        xp = namespace(best.u)
         damping, growth = (
-            jnp.full_like(best.u[0], each) for each in (self.settings.damping, _GROWTH)
+            xp.full_like(best.u[0], each) for each in (self.settings.damping, _GROWTH)
         )
-        left, found = jnp.int32(self.settings.max_iterations), self._is_good_enough(best, part)
-        return State(best, damping, growth, part, left, found, found, iterations)
+        left, found = xp.full_like(part, self.settings.max_iterations), self._is_enough(best, part)
+        zero = xp.zeros_like(damping)
+        return State(best, best.u, zero, damping, growth, part, left, found, found, iterations)
 
     def _next_part(self, state: State[T]) -> State[T]:
-        part, u, answer = state.part + 1, self.objective.onwards(state.best.u), state.best.answer
-        seen = _Best(u, answer, self.objective.around(u, answer, part))
-        stays = jnp.all(u == state.best.u) & ~state.best.begins & ~seen.begins
-        best = _either(stays, seen, _nothing(self.objective, u))
-        return self._fresh(best, part, state.iterations)
+        best, part, u = state.best, state.part + 1, self.objective.onwards(state.best.u)
+        seen = Point(u, best.answer, self.objective.around(u, best.answer, part))
+        stays = namespace(u).all(u == best.u) & best.is_known & seen.is_known
+        start = either(stays, lambda: seen, dataclasses.replace(self.nothing, u=u))
+        return self._fresh(start, part, state.iterations)
 
-    def _improved(self, state: State[T]) -> State[T]:
-        best, small = state.best, self._small(state.best, state.part)
-        moving = _moving(best.quadratic, self.bounds, small)
+    def _proposed(self, state: State[T]) -> State[T]:
+        """The state with its next trial: the best point itself if nothing is known of it."""
+        xp, best = namespace(state.trial), state.best
+        moving = _moving(best.quadratic, self.bounds, self._small(best, state.part))
         move = _move(best.quadratic, state.damping, moving, self.bounds)
-        u = best.u + jnp.where(best.begins, 0.0, move)
-        answer = self.objective.answer(u)
-        trial = _Best(u, answer, self.objective.around(u, answer, state.part))
+        move = xp.where(best.is_known, move, 0.0)
         predicted = _predicted(best.quadratic, move)
+        return dataclasses.replace(state, trial=best.u + move, predicted=predicted)
+
+    def _learned(self, state: State[T], trial: Point[T]) -> State[T]:
+        xp, best, predicted = namespace(state.trial), state.best, state.predicted
         gained = best.quadratic.cost - trial.quadratic.cost
-        accepted = ~trial.begins & (gained > 0)
-        ratio = gained / jnp.where(predicted > 0, predicted, 1.0)
-        easier = jnp.maximum(1 / 3, 1 - (2 * ratio - 1) ** 3)
-        damping = state.damping * jnp.where(accepted, easier, state.growth)
-        damping = jnp.where(best.begins, state.damping, damping)
-        flat = (predicted <= small) & (jnp.where(accepted, gained, 0.0) <= small)
-        lowest = _either(accepted, trial, best)
-        found = (~best.begins & flat) | self._is_good_enough(lowest, state.part)
-        hopeless = (best.begins & ~accepted) | (damping > _TOO_MUCH) | (state.left == 1)
-        return State(
-            lowest,
-            damping,
-            jnp.where(accepted, _GROWTH, 2 * state.growth),
-            state.part,
-            state.left - 1,
-            found,
-            found | hopeless,
-            state.iterations + 1,
+        accepted = trial.is_known & (gained > 0)
+        ratio = gained / xp.where(predicted > 0, predicted, 1.0)
+        easier = xp.maximum(1 / 3, 1 - (2 * ratio - 1) ** 3)
+        damping = state.damping * xp.where(accepted, easier, state.growth)
+        damping = xp.where(best.is_known, damping, state.damping)
+        small = self._small(best, state.part)
+        flat = (predicted <= small) & (xp.where(accepted, gained, 0.0) <= small)
+        lowest = either(accepted, lambda: trial, best)
+        found = (best.is_known & flat) | self._is_enough(lowest, state.part)
+        hopeless = (~best.is_known & ~accepted) | (damping > _TOO_MUCH) | (state.left == 1)
+        return dataclasses.replace(
+            state,
+            best=lowest,
+            damping=damping,
+            growth=xp.where(accepted, _GROWTH, 2 * state.growth),
+            left=state.left - 1,
+            converged=found,
+            ended=found | hopeless,
+            iterations=state.iterations + 1,
         )
 
-    def _is_good_enough(self, best: _Best[T], part: Part) -> Flag:
+    def _is_enough(self, best: Point[T], part: Count) -> Flag:
+        """Whether a part that is not the last is fitted well enough."""
         small = self._small(best, part)
-        moving = _moving(best.quadratic, self.bounds, small)
-        gain = _expected_gain(best.quadratic, moving)
-        return self._is_early(part) & ~best.begins & (gain <= small)
+        gain = _expected_gain(best.quadratic, _moving(best.quadratic, self.bounds, small))
+        return self._is_early(part) & best.is_known & (gain <= small)
 
-    def _is_early(self, part: Part) -> Flag:
+    def _is_early(self, part: Count) -> Flag:
         return part < self.objective.reductions.shape[0] - 1
 
-    def _small(self, best: _Best[T], part: Part) -> Scalar:
+    def _small(self, best: Point[T], part: Count) -> Number:
         return self.objective.reductions[part] * best.quadratic.cost
 
 
-def _nothing(objective: Objective[T], start: Vector) -> _Best[T]:
-    """A point of which nothing is known yet."""
-    answer = jax.eval_shape(objective.answer, start)
-    quadratic = jax.eval_shape(objective.around, start, answer, jnp.int32(0))
-    answer, quadratic = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), (answer, quadratic))
-    infinite = jnp.full_like(quadratic.cost, jnp.inf)
-    return _Best(start, answer, eqx.tree_at(lambda each: each.cost, quadratic, infinite))
-
-
-def _either(condition: Flag, yes: _Best[T], no: _Best[T]) -> _Best[T]:
-    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
-
-
-def _moving(quadratic: Quadratic, bounds: Bounds, small: Scalar) -> Bool[Array, " parameters"]:
+def _moving(quadratic: Quadratic, bounds: Bounds, small: Number) -> Mask:
     """Which parameters are felt over their reach."""
-    return bounds.active & (jnp.diagonal(quadratic.curvature) * bounds.reach**2 > small)
+    felt = _diagonal(quadratic.curvature) * bounds.reach**2 > small
+    return bounds.active & felt
 
 
-def _move(quadratic: Quadratic, damping: Scalar, moving: Array, bounds: Bounds) -> Vector:
-    diagonal, usual = jnp.diagonal(quadratic.curvature), bounds.usual
-    tied = moving & jnp.isfinite(usual)
-    strongest = jnp.max(jnp.where(tied, diagonal * usual**2, 0.0))
+def _diagonal(matrix: Matrix) -> Vector:
+    return namespace(matrix).diagonal(matrix)
+
+
+def _move(quadratic: Quadratic, damping: Number, moving: Mask, bounds: Bounds) -> Vector:
+    xp, usual = namespace(quadratic.curvature), bounds.usual
+    diagonal, tied = _diagonal(quadratic.curvature), moving & xp.isfinite(usual)
+    strongest = xp.max(xp.where(tied, diagonal * usual**2, 0.0))
     scale = diagonal + _TIE * strongest / usual**2
     move = -_damped(quadratic, moving, scale, damping)
-    return move / jnp.maximum(jnp.max(jnp.abs(move) / bounds.reach), 1.0)
+    return move / xp.maximum(xp.max(xp.abs(move) / bounds.reach), 1.0)
 
 
-def _damped(quadratic: Quadratic, moving: Array, scale: Vector, damping: Scalar | float) -> Vector:
+def _damped(quadratic: Quadratic, moving: Mask, scale: Vector, damping: Number | float) -> Vector:
     """(H + λ S)⁻¹ g over the parameters that move, with the diagonal S."""
-    root = jnp.sqrt(jnp.where(scale > 0, scale, 1.0))
+    xp = namespace(scale)
+    root = xp.sqrt(xp.where(scale > 0, scale, 1.0))
     both = moving[:, None] & moving[None, :]
-    unit = jnp.eye(scale.shape[0], dtype=scale.dtype)
-    scaled = jnp.where(both, quadratic.curvature / (root[:, None] * root[None, :]), unit)
-    gradient = jnp.where(moving, quadratic.gradient / root, 0.0)
-    return jnp.linalg.solve(scaled + damping * unit, gradient) / root
+    unit = xp.eye(scale.shape[0], dtype=scale.dtype)
+    scaled = xp.where(both, quadratic.curvature / (root[:, None] * root[None, :]), unit)
+    gradient = xp.where(moving, quadratic.gradient / root, 0.0)
+    return _solved(scaled + damping * unit, gradient) / root
 
 
-def _predicted(quadratic: Quadratic, move: Vector) -> Scalar:
+def _solved(matrix: Matrix, vector: Vector) -> Vector:
+    """A⁻¹ b; not a number where A is singular."""
+    try:
+        return namespace(matrix).linalg.solve(matrix, vector)
+    except np.linalg.LinAlgError:
+        return np.full_like(vector, np.nan)
+
+
+def _predicted(quadratic: Quadratic, move: Vector) -> Number:
     return -(quadratic.gradient @ move) - move @ quadratic.curvature @ move / 2
 
 
-def _expected_gain(quadratic: Quadratic, moving: Array) -> Scalar:
+def _expected_gain(quadratic: Quadratic, moving: Mask) -> Number:
     """What a step of Gauss and Newton would gain, gᵀ H⁻¹ g / 2."""
-    scale = jnp.diagonal(quadratic.curvature)
+    scale = _diagonal(quadratic.curvature)
     return quadratic.gradient @ _damped(quadratic, moving, scale, _LEAST_DAMPING) / 2

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from impactjax._fit.peaks import peaks
 from impactjax._measure.quantity import (
     Acceleration,
     Angle,
@@ -79,9 +80,7 @@ def _from_velocity(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
     jumps = np.diff(values)
     if not _is_peaked(jumps):
         return place - np.mean(place)
-    from scipy import signal
-
-    impacts, _ = signal.find_peaks(-place, prominence=0.02 * float(np.ptp(place)))
+    impacts = peaks(-place, 0.02 * float(np.ptp(place)))
     if not impacts.size:
         return place - place.min()
     return place - np.interp(ts, ts[impacts], place[impacts])

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, Key
 
 from impactjax._fit.minimiser import Matrix
+from impactjax._known import AnyArray, namespace
 from impactjax._types import Scalar
 
 Scores = Float[Array, " observations"]
@@ -96,15 +97,18 @@ class AutoregressiveNoise(AbstractNoise):
         orders = jnp.arange(most + 1, dtype=scores.dtype)
         tiny = jnp.finfo(scores.dtype).tiny
         criterion = count * jnp.log(jnp.maximum(variances, tiny)) + jnp.log(count) * orders
+        criterion = jnp.where(orders <= jnp.maximum(count // 10, 0), criterion, jnp.inf)
         best = jnp.argmin(criterion).astype(jnp.int32)
         return best, weights[best], variances[best]
 
 
-def autocovariances(scores: Scores, count: Scalar, most: int) -> Float[Array, " lags"]:
+def autocovariances(
+    scores: Float[AnyArray, " observations"], count: Float[AnyArray, ""], most: int
+) -> Float[AnyArray, " lags"]:
     """At lags from 0 to `most`; divided by one number, so that no spectrum becomes negative."""
-    length = scores.shape[0]
-    power = jnp.abs(jnp.fft.rfft(scores, 2 * length)) ** 2
-    return jnp.fft.irfft(power, 2 * length)[: most + 1] / count
+    xp, length = namespace(scores), scores.shape[0]
+    power = xp.abs(xp.fft.rfft(scores, 2 * length)) ** 2
+    return xp.fft.irfft(power, 2 * length)[: most + 1] / count
 
 
 def levinson(

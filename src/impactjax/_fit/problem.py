@@ -1,8 +1,10 @@
 """What a fit minimises: the residuals of a system against a recording."""
 
 import abc
+import dataclasses
+import math
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
@@ -11,16 +13,21 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from impactjax._fit.loss import AbstractLoss, Squares
 from impactjax._fit.minimiser import Matrix, Quadratic, Vector
+from impactjax._fit.misfit import misfit
 from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._fit.system import Handle, System, handles, replaced
-from impactjax._fit.transform import to_range, to_unbounded
+from impactjax._fit.transform import slope, to_range, to_unbounded
+from impactjax._known import AnyArray, namespace
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording, Valid
+from impactjax._model.parameter import Range
+from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.impact_log import ImpactLog
-from impactjax._simulate.simulate import simulate
+from impactjax._simulate.simulate import simulate, simulate_logged
 from impactjax._simulate.step import AbstractStep
-from impactjax._types import Scalar
+from impactjax._types import Flag, Scalar
 
 Residuals = Float[Array, " observations"]
+Own = TypeVar("Own")
 Tie = Callable[[Mapping[str, Scalar]], ArrayLike]
 
 
@@ -28,7 +35,7 @@ class Answer(NamedTuple):
     """What a simulation says about a recording, or several about theirs."""
 
     residuals: Residuals  # simulated minus recorded, in the recording's SI unit; 0 if not valid
-    impacts: ImpactLog
+    impacts: ImpactLog  # zeros if it was not asked for
     jacobian: Float[Array, "observations parameters"] | None = None  # if it was asked for
 
 
@@ -74,8 +81,10 @@ class AbstractProblem(eqx.Module):
         """Which residuals count in the first part of the time."""
 
     @abc.abstractmethod
-    def answer(self, values: Vector) -> Answer:
-        """Residuals and their Jacobian with parameters in their natural units."""
+    def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
+        """Residuals and their Jacobian with parameters in their natural units; with the impact log
+        unless a program is to find out as it runs whether it is wanted, and it is not.
+        """
 
     @abc.abstractmethod
     def variance(self) -> Scalar | None:
@@ -88,6 +97,10 @@ class AbstractProblem(eqx.Module):
     @abc.abstractmethod
     def moved(self, rows: Residuals) -> "AbstractProblem":
         """The problem with so much taken from what was recorded: the residuals grow by it."""
+
+    @abc.abstractmethod
+    def misfit(self, residuals: Residuals) -> Scalar:
+        """Share of the recorded motion that is left where the model plainly misses it; else 0."""
 
     @property
     @abc.abstractmethod
@@ -104,34 +117,46 @@ class AbstractProblem(eqx.Module):
         """How many residuals count."""
         return jnp.sum(self.valid, axis=-1)
 
-    @eqx.filter_jit
-    def parts(self, shares: tuple[float, ...]) -> Bool[Array, "parts observations"]:
+    def padded(self: Own) -> Own:
+        """The problem with observations that do not count, so that similar ones share a program;
+        the first ones are its own.
+        """
+        return self
+
+    def parts(self, shares: tuple[float, ...]) -> Bool[AnyArray, "parts observations"]:
         """Which residuals count in each first part of the time."""
-        return jnp.stack([self.first(share) for share in shares])
+        each = [self.first(share) for share in shares]
+        return namespace(*each).stack(each)
 
     def values(self, u: Vector) -> Vector:
         """Natural values from the optimiser's unbounded numbers."""
-        known = self.handles()
-        return jnp.stack([to_range(known[name].allowed, u[i]) for i, name in enumerate(self.names)])
+        each = [to_range(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
+        return namespace(u).stack(each)
 
-    @eqx.filter_jit
-    def unbounded(self, values: Float[Array, "... parameters"]) -> Float[Array, "... parameters"]:
+    def slopes(self, u: Vector) -> Vector:
+        """Derivatives of the natural values by the optimiser's numbers."""
+        each = [slope(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
+        return namespace(u).stack(each)
+
+    def unbounded(
+        self, values: Float[AnyArray, "... parameters"]
+    ) -> Float[AnyArray, "... parameters"]:
         """The optimiser's numbers that stand for natural values."""
-        known = self.handles()
-        each = [
-            to_unbounded(known[name].allowed, values[..., i]) for i, name in enumerate(self.names)
-        ]
-        return jnp.stack(each, axis=-1)
+        each = [to_unbounded(allowed, values[..., i]) for i, allowed in enumerate(self._ranges())]
+        return namespace(values).stack(each, axis=-1)
+
+    def _ranges(self) -> list[Range]:
+        return [handle.allowed for handle in self.handles().values()]
 
     def around(self, u: Vector, answer: Answer, valid: Valid) -> Quadratic:
         """The cost of some of the residuals around a point, in the optimiser's coordinates."""
-        _, slopes = jax.jvp(self.values, (u,), (jnp.ones_like(u),))
         assert answer.jacobian is not None
         some = answer._replace(
             residuals=jnp.where(valid, answer.residuals, 0.0),
             jacobian=jnp.where(valid[:, None], answer.jacobian, 0.0),
         )
         cost, gradient, curvature = around(self.assumed().loss, some)
+        slopes = self.slopes(u)
         return Quadratic(cost, gradient * slopes, curvature * slopes[:, None] * slopes[None, :])
 
 
@@ -173,7 +198,7 @@ class Problem(AbstractProblem):
         return self.recording.valid
 
     def first(self, share: float) -> Valid:
-        return self.recording.first(share).valid
+        return self.recording.within(share)
 
     def variance(self) -> Scalar | None:
         return self.system.sensor.variance()
@@ -185,6 +210,13 @@ class Problem(AbstractProblem):
         if isinstance(self.recording, ImpactTimes):
             return eqx.tree_at(lambda each: each.recording.times, self, self.recording.times - rows)
         return eqx.tree_at(lambda each: each.recording.values, self, self.recording.values - rows)
+
+    def misfit(self, residuals: Residuals) -> Scalar:
+        return misfit(self.recording, residuals)
+
+    def padded(self) -> "Problem":
+        recording = self.recording.padded(_size(self.valid.shape[-1]))
+        return dataclasses.replace(self, recording=recording)
 
     @property
     def log_units(self) -> Scalar:
@@ -205,24 +237,32 @@ class Problem(AbstractProblem):
         }
         return replaced(system, tied, [tie(at) for _, tie in self.ties])
 
-    def simulated(self, system: System) -> Answer:
+    def simulated(self, system: System, logged: Flag | None = None) -> Answer:
         """What a simulation of a system says about the recording."""
         if isinstance(self.recording, ImpactTimes):
             return _of_impact_times(system, self.recording, self.simulation)
-        return _of_samples(system, self.recording, self.simulation)
+        return _of_samples(system, self.recording, self.simulation, logged)
 
-    def answer(self, values: Vector) -> Answer:
+    def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
         def residuals(values: Vector) -> tuple[Residuals, Answer]:
-            answer = self.simulated(self.system_with(values))
+            answer = self.simulated(self.system_with(values), logged)
             return answer.residuals, answer
 
         jacobian, answer = jax.jacfwd(residuals, has_aux=True)(values)
         return answer._replace(jacobian=jacobian)
 
 
-def _of_samples(system: System, recording: Recording, simulation: Simulation) -> Answer:
+def _size(count: int) -> int:
+    """The next of the numbers 8, 12, 16, 24, 32, ... and so on."""
+    power = 8 << max(math.ceil(math.log2(count / 8)), 0)
+    return power * 3 // 4 if count <= power * 3 // 4 and power > 8 else power
+
+
+def _of_samples(
+    system: System, recording: Recording, simulation: Simulation, logged: Flag | None
+) -> Answer:
     ts = system.sensor.sampled(recording.ts)
-    trajectory = simulate(
+    trajectory = simulate_logged(
         system.model,
         system.initial,
         ts,
@@ -231,6 +271,8 @@ def _of_samples(system: System, recording: Recording, simulation: Simulation) ->
         tolerance=simulation.tolerance,
         max_steps=simulation.max_steps,
         max_impacts=simulation.max_impacts,
+        chatter=Chatter(),
+        logged=logged,
     )
     shown = system.sensor.shown(system.model, trajectory, recording.quantity)
     residuals = jnp.where(recording.valid, shown - recording.values, 0.0)

@@ -10,34 +10,46 @@ from scipy import special
 
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._fit.search import Search, search
+from impactjax._fit.search import Search, Searches
 from impactjax._fit.verdict import Verdict
 from impactjax._model.parameter import Range
 
 _FIRST, _GROWTH, _FARTHEST = 2.0, 4.0, 200.0  # distances of the held values, in standard errors
-_ROUNDS = 10
+_ROUNDS = 12
 _NEAR = 0.02  # of the limit: the end of the interval is found
+_PLAIN = 4.0  # distance beyond which a side without a limit is open, whatever fails farther out
+_DIFFERENT = 1.5  # ratio of two errors of which a reader would ask which is right
+_CLOSE = 0.1  # relative distance to where nothing can be simulated: the walk ends there
 
 
 def profiled(
-    estimate: Estimate[P],
-    optimiser: LevenbergMarquardt = LevenbergMarquardt(),
-    lanes: int = 16,
-    search: Search = search,
+    estimate: Estimate[P], optimiser: LevenbergMarquardt = LevenbergMarquardt()
 ) -> Estimate[P]:
     """The estimate with intervals and verdicts from the profile of the sum of squares.
 
+    An estimate that is not `usable` stays as it is: it bounds nothing.
+
     Each parameter is held at values on both sides of its estimate while the others are fitted
     again. A side bounds it if the sum of squares rises there by more than a 95 % interval allows;
-    the end of the interval is where it does.
+    the end of the interval is where it does. Where a walk cannot go on, because nothing can be
+    simulated there or the limit is not found, the end is NaN and the verdict `UNDECIDED`. Standard
+    errors that differ from an interval by a factor of 1.5 or more become those that agree with it.
 
     **Arguments:**
 
     - `estimate`: of a single fit.
     - `optimiser`: for the refits.
-    - `lanes`: how many refits run at once.
-    - `search`: what carries them out.
     """
+    return profiled_by(Search(), estimate, optimiser)
+
+
+def profiled_by(
+    search: Search, estimate: Estimate[P], optimiser: LevenbergMarquardt = LevenbergMarquardt()
+) -> Estimate[P]:
+    """As `profiled`, by a search that one chooses."""
+    estimate.check_single()
+    if not bool(estimate.usable):
+        return estimate
     ranges = [handle.allowed for handle in estimate.problem.handles().values()]
     walks = [_begin(estimate, ranges, j, side) for j in range(len(ranges)) for side in (-1, 1)]
     for _ in range(_ROUNDS):
@@ -45,20 +57,36 @@ def profiled(
         if not going:
             break
         held = [walk.next_value() for walk in going]
-        rises = _rises(estimate, optimiser, ranges, going, held, lanes, search)
+        rises = _rises(estimate, optimiser, ranges, going, held, search)
         for walk, rise in zip(going, rises, strict=True):
             walk.learn(float(rise))
     below, above = walks[::2], walks[1::2]
     low = np.array([walk.end(each.low) for walk, each in zip(below, ranges, strict=True)])
     high = np.array([walk.end(each.high) for walk, each in zip(above, ranges, strict=True)])
-    kinds = (Verdict.NOT_IDENTIFIED, Verdict.ONE_SIDED, Verdict.IDENTIFIED)
-    sides = [a.bounded + b.bounded for a, b in zip(below, above, strict=True)]
-    verdicts = np.array([kinds[each] for each in sides], np.int32)
-    return eqx.tree_at(
-        lambda each: (each.low, each.high, each.verdicts),
-        estimate,
-        (jnp.asarray(low), jnp.asarray(high), jnp.asarray(verdicts)),
+    verdicts = np.array([_verdict(a, b) for a, b in zip(below, above, strict=True)], np.int32)
+    errors, covariance = _agreeing(
+        estimate, np.where(verdicts == Verdict.IDENTIFIED, high - low, 0)
     )
+    return eqx.tree_at(
+        lambda each: (each.low, each.high, each.verdicts, each.standard_errors, each.covariance),
+        estimate,
+        tuple(jnp.asarray(x) for x in (low, high, verdicts, errors, covariance)),
+    )
+
+
+def _agreeing(estimate: Estimate, widths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Standard errors and covariance that agree with the widths of the intervals, if known.
+
+    They do by themselves for small errors. They do not beside a parameter at the end of its range,
+    of which the errors know nothing: those of others that it is correlated with are too large then.
+    """
+    errors, covariance = np.asarray(estimate.standard_errors), np.asarray(estimate.covariance)
+    half = widths / 2 / special.stdtrit(float(estimate.freedom), 0.975)
+    usual = np.isfinite(errors) & (errors > 0)
+    ratios = np.where(usual & (half > 0), half / np.where(usual, errors, 1.0), 1.0)
+    ratios = np.where(np.abs(np.log(ratios)) > np.log(_DIFFERENT), ratios, 1.0)
+    finite = np.where(np.isfinite(covariance), covariance * np.outer(ratios, ratios), covariance)
+    return errors * ratios, finite
 
 
 @dataclasses.dataclass
@@ -78,10 +106,16 @@ class _Walk:
     limit: float  # of the rise
     inner: tuple[float, float] = (0.0, 0.0)  # distance and rise, within the interval
     outer: tuple[float, float] | None = None  # beyond it
+    barrier: float = math.inf  # distance at which nothing could be simulated
     distance: float = 0.0
     follows: bool = True  # whether the others start where they are expected, or at their estimates
     done: bool = False
     bounded: bool = False
+
+    @property
+    def failed(self) -> bool:
+        """Whether it could neither find the limit nor get to where there is none."""
+        return not self.bounded and self.inner[0] < min(self.farthest, _PLAIN)
 
     def value(self, distance: float) -> float:
         """The parameter at a distance."""
@@ -94,6 +128,10 @@ class _Walk:
         if self.outer is None:
             ahead = _FIRST if self.inner[0] == 0 else _GROWTH * self.inner[0]
             self.distance = min(ahead, self.farthest)
+            if self.distance >= self.barrier:
+                a, low = self.inner
+                expected = a * self.limit / low if low > 0 else math.inf
+                self.distance = min(expected, (a + self.barrier) / 2)
         else:
             (a, low), (b, high) = self.inner, self.outer
             share = (self.limit - low) / (high - low)
@@ -105,6 +143,10 @@ class _Walk:
         if math.isnan(rise) and self.follows:
             self.follows = False  # the same value once more: the others may have left their range
             return
+        if math.isnan(rise) and self.outer is None:
+            self.barrier = self.distance
+            self.done = self.barrier - self.inner[0] < _CLOSE * self.barrier
+            return
         at_limit = abs(rise - self.limit) < _NEAR * self.limit
         if rise >= self.limit or at_limit:
             self.outer, self.bounded = (self.distance, rise), True
@@ -114,13 +156,22 @@ class _Walk:
         self.done = at_limit or math.isnan(rise) or (self.outer is None and far)
 
     def end(self, beyond: float) -> float:
-        """The end of the interval."""
+        """The end of the interval; NaN if it is not known."""
+        if self.failed:
+            return math.nan
         if not self.bounded:
             return beyond
         assert self.outer is not None
         (a, low), (b, high) = self.inner, self.outer
         share = (self.limit - low) / (high - low)
         return self.value(a + share * (b - a))
+
+
+def _verdict(below: _Walk, above: _Walk) -> Verdict:
+    if below.failed or above.failed:
+        return Verdict.UNDECIDED
+    kinds = (Verdict.NOT_IDENTIFIED, Verdict.ONE_SIDED, Verdict.IDENTIFIED)
+    return kinds[below.bounded + above.bounded]
 
 
 def _begin(estimate: Estimate, ranges: list[Range], parameter: int, side: int) -> _Walk:
@@ -144,28 +195,17 @@ def _rises(
     ranges: list[Range],
     walks: list[_Walk],
     held: list[float],
-    lanes: int,
     search: Search,
 ) -> np.ndarray:
     """Rise of the root of the sum of squares at each held value, in noise sizes."""
     starts = np.array([_start(estimate, ranges, w, v) for w, v in zip(walks, held, strict=True)])
     active = np.ones(starts.shape, bool)
     active[np.arange(len(walks)), [walk.parameter for walk in walks]] = False
-    # The others start close: each part is the whole. As many as elsewhere, so nothing is compiled.
-    valid = np.asarray(estimate.problem.valid)
-    whole = jnp.asarray(np.tile(valid, (len(optimiser.horizons), 1)))
-    costs = []
-    for begin in range(0, len(walks), lanes):
-        rows = np.minimum(np.arange(begin, begin + lanes), len(walks) - 1)
-        minima = search(
-            estimate.problem,
-            optimiser,
-            estimate.problem.unbounded(jnp.asarray(starts[rows])),
-            jnp.asarray(active[rows]),
-            whole,
-        )
-        costs.append(np.asarray(minima.quadratic.cost))
-    squares = 2 * np.concatenate(costs)[: len(walks)]
+    # The others start close: each part is the whole.
+    problem = estimate.problem.padded()
+    whole = np.tile(np.asarray(problem.valid), (len(optimiser.horizons), 1))
+    minima = search.minima(problem, optimiser, Searches(problem.unbounded(starts), active, whole))
+    squares = 2 * minima.cost
     n = int(estimate.problem.observations)
     best = 2 * float(np.nanmin(estimate.start_costs))
     known = estimate.problem.variance()

@@ -4,6 +4,7 @@ import numpy as np
 
 from impactjax._fit.first_estimates import FirstEstimates, noise_size
 from impactjax._fit.motion import fall, motion
+from impactjax._fit.savitzky_golay import savitzky_golay, weights
 from impactjax._measure.quantity import ProperAcceleration
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
 from impactjax._model.bouncing_ball import BouncingBall
@@ -69,11 +70,8 @@ def _derivatives(
     values: np.ndarray, width: int, interval: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Smoothed values, their rate and acceleration."""
-    from scipy import signal
-
     place, rate, acceleration = (
-        np.asarray(signal.savgol_filter(values, width, 3, deriv=order, delta=interval))
-        for order in (0, 1, 2)
+        savitzky_golay(values, width, 3, order, interval) for order in (0, 1, 2)
     )
     return place, rate, acceleration
 
@@ -105,11 +103,9 @@ def _expected(seen: FirstEstimates, noise: float, width: int, interval: float) -
     """Size of the unexplained acceleration of a ball in flight that is due to noise, or to little
     that was left out.
     """
-    from scipy import signal
-
-    weights = signal.savgol_coeffs(width, 3, deriv=2, delta=interval)
+    shares = weights(width, 3, 2, interval)
     inexact = _INEXACT * abs(float(_free_acceleration(seen, np.zeros(1))[0]))
-    return max(noise * float(np.linalg.norm(weights)), inexact)
+    return max(noise * float(np.linalg.norm(shares)), inexact)
 
 
 def _let_go(

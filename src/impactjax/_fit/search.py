@@ -1,97 +1,203 @@
 """Many searches at once."""
 
-from collections.abc import Callable
-from typing import TypeAlias
+import dataclasses
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, PyTree
+import numpy as np
+from jaxtyping import Bool, Float, PyTree
 
+from impactjax._fit.evaluation import Evaluate, Evaluated, Lanes, Parts, evaluate
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._fit.minimiser import Bounds, Minimiser, Minimum, Objective, Vector
+from impactjax._fit.minimiser import (
+    Bounds,
+    Count,
+    Mask,
+    Minimiser,
+    Minimum,
+    Objective,
+    Point,
+    Quadratic,
+    State,
+    Vector,
+)
 from impactjax._fit.problem import AbstractProblem, Answer
 from impactjax._fit.queue import Iteration, in_turn
 from impactjax._fit.transform import farthest_move
+from impactjax._known import AnyArray, is_known, known, namespace
 
 _EARLY = 1e-3  # relative decrease at which a part of the record is fitted well enough
 _LEAST = 0.1  # usual move, relative to the farthest
 _FLAT = 0.1  # slope, relative to that at the start, below which a parameter starts anew
 
-Lanes = Float[Array, "lanes parameters"]
-Active = Bool[Array, " parameters"]
-Search: TypeAlias = Callable[..., Minimum[Answer]]  # `search`, or what stands for it
+
+class Searches(NamedTuple):
+    """Searches side by side.
+
+    - `starts`: in the optimiser's coordinates.
+    - `active`: which parameters may move in each.
+    - `parts`: of the observations, that are fitted one after the other; the last is the whole.
+    """
+
+    starts: Lanes
+    active: Bool[AnyArray, "lanes parameters"]
+    parts: Parts
+
+
+@dataclasses.dataclass(frozen=True)
+class Search:
+    """The minima of many searches.
+
+    - `evaluate`: the residuals of a point, with all that follows from them.
+    """
+
+    evaluate: Evaluate = evaluate
+
+    def minima(
+        self, problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: Searches
+    ) -> Minimum[Answer]:
+        """A minimum from each start. What the observations leave open stays near its start."""
+        if is_known((problem, searches)):
+            found = _known(self.evaluate, problem, optimiser, known(searches))
+            if found is not None:
+                return found
+        return _traced(problem, optimiser, searches)
+
+    def best_of(
+        self, problem: AbstractProblem, minima: Minimum[Answer], parts: Parts
+    ) -> Minimum[Answer]:
+        """The lowest of several minima, with its impact log."""
+        best = lowest(minima)
+        if not is_known((problem, best)):
+            return best
+        yes = jnp.ones((), bool)
+        again = self.evaluate(problem, jnp.asarray(best.u), jnp.asarray(parts), yes)
+        answer = best.answer._replace(impacts=again.answer.impacts)
+        return dataclasses.replace(best, answer=answer)
+
+
+def _known(
+    evaluate: Evaluate,
+    problem: AbstractProblem,
+    optimiser: LevenbergMarquardt,
+    searches: Searches,
+) -> Minimum[Answer] | None:
+    """Searches that NumPy carries out around the evaluations; nothing if JAX traces these, because
+    a tie closes over what it traces.
+    """
+    starts, parts = searches.starts, jnp.asarray(searches.parts)
+    count = starts.shape[1]
+    infinite = Quadratic(np.array(np.inf), np.zeros(count), np.zeros((count, count)))
+
+    def around(u: Vector, answer: Evaluated | None, part: Count) -> Quadratic:
+        del u
+        return infinite if answer is None else jax.tree.map(lambda x: x[part], answer.quadratics)
+
+    def minimiser(start: Vector, active: Mask) -> Minimiser[Evaluated | None]:
+        objective = Objective(
+            around, lambda u: _unstuck(problem, u, start), _reductions(optimiser, parts, start)
+        )
+        nothing: Point[Evaluated | None] = Point(start, None, infinite)
+        return Minimiser(optimiser, objective, _bounds(problem, start, active), nothing)
+
+    no, answers = jnp.zeros((), bool), []
+    with np.errstate(all="ignore"):
+        each = [minimiser(*lane) for lane in zip(starts, searches.active, strict=True)]
+        states = [own.begin(start) for own, start in zip(each, starts, strict=True)]
+        while going := [i for i, state in enumerate(states) if not state.ended]:
+            # All are under way before the first is waited for.
+            answers = [evaluate(problem, jnp.asarray(states[i].trial), parts, no) for i in going]
+            if not is_known(answers):
+                return None
+            answers = known(answers)
+            for i, answer in zip(going, answers, strict=True):
+                states[i] = each[i].told(states[i], answer)
+    return _stacked([state.minimum for state in states], answers[0])
+
+
+def _stacked(minima: list[Minimum[Evaluated | None]], like: Evaluated) -> Minimum[Answer]:
+    """Minima in one; the answers of searches that could evaluate nothing are zeros."""
+    zeros = jax.tree.map(np.zeros_like, like.answer)
+    answers = [zeros if each.answer is None else each.answer.answer for each in minima]
+    rows = [dataclasses.replace(x, answer=own) for x, own in zip(minima, answers, strict=True)]
+    return jax.tree.map(lambda *each: np.stack(each), *rows)
 
 
 @eqx.filter_jit
-def search(
-    problem: AbstractProblem,
-    optimiser: LevenbergMarquardt,
-    lanes: Lanes,
-    active: Bool[Array, "lanes parameters"],
-    parts: Bool[Array, "parts observations"],
+def _traced(
+    problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: Searches
 ) -> Minimum[Answer]:
-    """A minimum from each start, in the optimiser's coordinates, over one part of the observations
-    after the other; the last part is the whole. What the others leave open stays near its start.
-    """
+    """Searches in a program, together with what they evaluate."""
+    starts, active, parts = searches
     # Traced once, with what its ties close over.
-    answered = eqx.filter_closure_convert(eqx.Partial(_answered), problem, lanes[0])
-    arrays, other = eqx.partition((problem, parts, answered), eqx.is_array)
+    answering = eqx.filter_closure_convert(eqx.Partial(_answered), problem, starts[0])
+    arrays, other = eqx.partition((problem, parts, answering), eqx.is_array)
 
-    def minimiser(arrays: PyTree, lane: tuple[Vector, Active]) -> Minimiser[Answer]:
-        (problem, parts, answered), (start, on) = eqx.combine(arrays, other), lane
+    def minimiser(arrays: PyTree, lane: tuple[Vector, Mask]) -> Minimiser[Answer]:
+        (problem, parts, answering), (start, on) = eqx.combine(arrays, other), lane
         objective = Objective(
-            answer=lambda u: answered(problem, u),
             around=lambda u, answer, part: problem.around(u, answer, parts[part]),
             onwards=lambda u: _unstuck(problem, u, start),
-            reductions=jnp.full(len(parts), _EARLY, lanes.dtype).at[-1].set(optimiser.reduction),
+            reductions=_reductions(optimiser, parts, start),
         )
-        reach = _reach(problem, start)
-        return Minimiser(
-            optimiser, objective, Bounds(on, reach, _usual_moves(problem, start, reach))
-        )
+        shapes = jax.eval_shape(lambda u: answering(problem, u), start)
+        answer = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
+        quadratic = problem.around(start, answer, parts[0])
+        infinite = jax.tree.map(jnp.zeros_like, quadratic)
+        infinite = eqx.tree_at(lambda x: x.cost, infinite, jnp.full_like(quadratic.cost, jnp.inf))
+        nothing = Point(start, answer, infinite)
+        return Minimiser(optimiser, objective, _bounds(problem, start, on), nothing)
+
+    def go_on(arrays: PyTree, lane: tuple[Vector, Mask], state: State) -> State:
+        (problem, _, answering) = eqx.combine(arrays, other)
+        return minimiser(arrays, lane).told(state, answering(problem, state.trial))
 
     iteration = Iteration(
         begin=lambda arrays, lane: minimiser(arrays, lane).begin(lane[0]),
-        go_on=lambda arrays, lane, state: minimiser(arrays, lane).go_on(state),
+        go_on=go_on,
         ended=lambda state: state.ended,
         result=lambda state: state.minimum,
     )
-    return in_turn(iteration, arrays, (lanes, active))
+    return in_turn(iteration, arrays, (starts, active))
 
 
 def _answered(problem: AbstractProblem, u: Vector) -> Answer:
     return problem.answer(problem.values(u))
 
 
+def _reductions(
+    optimiser: LevenbergMarquardt, parts: Parts, start: Vector
+) -> Float[AnyArray, " parts"]:
+    each = [*[_EARLY] * (len(parts) - 1), optimiser.reduction]
+    return namespace(start).asarray(each, start.dtype)
+
+
 def _unstuck(problem: AbstractProblem, u: Vector, start: Vector) -> Vector:
     """Parameters that have come to the flat end of a range begin anew."""
-    return jnp.where(_slopes(problem, u) < _FLAT * _slopes(problem, start), start, u)
+    here, there = (namespace(u).abs(problem.slopes(x)) for x in (u, start))
+    return namespace(u).where(here < _FLAT * there, start, u)
 
 
-def _reach(problem: AbstractProblem, start: Vector) -> Vector:
-    known = problem.handles()
-    return jnp.array([farthest_move(known[name].allowed) for name in problem.names], start.dtype)
-
-
-def _slopes(problem: AbstractProblem, u: Vector) -> Vector:
-    """Of the natural values: flat at the end of a range, which no search would leave again."""
-    return jnp.abs(jax.jvp(problem.values, (u,), (jnp.ones_like(u),))[1])
+def _bounds(problem: AbstractProblem, start: Vector, active: Mask) -> Bounds:
+    moves = [farthest_move(handle.allowed) for handle in problem.handles().values()]
+    reach = namespace(start).asarray(moves, start.dtype)
+    return Bounds(active, reach, _usual_moves(problem, start, reach))
 
 
 def _usual_moves(problem: AbstractProblem, start: Vector, reach: Vector) -> Vector:
     """Moves that change each value by about as much as it is; infinite for one that starts at 0 and
     may be anything.
     """
-    values, slopes = jax.jvp(problem.values, (start,), (jnp.ones_like(start),))
-    moves = jnp.abs(values / jnp.where(slopes == 0, 1.0, slopes))
-    anything = jnp.where(moves > 0, moves, jnp.inf)
-    return jnp.where(jnp.isfinite(reach), jnp.clip(moves, _LEAST * reach, reach), anything)
+    xp, slopes = namespace(start), problem.slopes(start)
+    moves = xp.abs(problem.values(start) / xp.where(slopes == 0, 1.0, slopes))
+    anything = xp.where(moves > 0, moves, xp.inf)
+    return xp.where(xp.isfinite(reach), xp.clip(moves, _LEAST * reach, reach), anything)
 
 
-@eqx.filter_jit
-def best_of(minima: Minimum[Answer]) -> Minimum[Answer]:
+def lowest(minima: Minimum[Answer]) -> Minimum[Answer]:
     """The lowest of several minima."""
-    cost = minima.quadratic.cost
-    best = jnp.argmin(jnp.where(jnp.isfinite(cost), cost, jnp.inf))
+    xp = namespace(minima.cost)
+    best = xp.argmin(xp.where(xp.isfinite(minima.cost), minima.cost, xp.inf))
     return jax.tree.map(lambda x: x[best], minima)

@@ -3,12 +3,13 @@
 import math
 
 import equinox as eqx
-import jax
-import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Float
 
 from impactjax._fit.problem import Problem
 from impactjax._fit.system import handles
+from impactjax._known import AnyArray, namespace
+from impactjax._model.parameter import Range, plain
 
 _CONTACT_SPREAD, _OTHER_SPREAD = 1.0, 0.02
 _INSIDE = 0.02  # of a range: at its very end nothing is felt
@@ -33,21 +34,23 @@ class Starts(eqx.Module):
         if self.count < 1:
             raise ValueError(f"Argument `count` must be at least 1, but it is {self.count}.")
 
-    @eqx.filter_jit
-    def lanes(self, problem: Problem) -> Float[Array, "lanes parameters"]:
+    def lanes(self, problem: Problem) -> Float[AnyArray, "lanes parameters"]:
         """The starts in the optimiser's coordinates."""
-        known = handles(problem.system)
-        key = jax.random.key(self.seed)
+        known, random = handles(problem.system), np.random.default_rng(self.seed)
         columns = []
-        for i, name in enumerate(problem.names):
-            value = known[name].get(problem.system)
-            of_contact = "law" in known[name].path
-            spread = _CONTACT_SPREAD if of_contact else _OTHER_SPREAD
-            scatter = jax.random.uniform(
-                jax.random.fold_in(key, i), (self.count,), value.dtype, -spread, spread
-            )
-            low, high = known[name].allowed.low, known[name].allowed.high
-            inside = _INSIDE * (high - low) if math.isfinite(high - low) else 0.0
-            values = jnp.clip(value * jnp.exp(scatter), low + inside, high - inside)
-            columns.append(values.at[0].set(jnp.clip(value, low, high)))
-        return problem.unbounded(jnp.stack(columns, axis=1))
+        for name in problem.names:
+            value = plain(known[name].get(problem.system))
+            spread = _CONTACT_SPREAD if "law" in known[name].path else _OTHER_SPREAD
+            scatter = random.uniform(-spread, spread, self.count - 1).astype(value.dtype)
+            columns.append(_within(known[name].allowed, value, np.exp(scatter)))
+        return problem.unbounded(namespace(*columns).stack(columns, axis=1))
+
+
+def _within(
+    allowed: Range, value: Float[AnyArray, ""], factors: np.ndarray
+) -> Float[AnyArray, " lanes"]:
+    """A value, and it times some factors, in range."""
+    xp, low, high = namespace(value), allowed.low, allowed.high
+    inside = _INSIDE * (high - low) if math.isfinite(high - low) else 0.0
+    others = xp.clip(value * factors, low + inside, high - inside)
+    return xp.concatenate([xp.clip(value, low, high)[None], others])

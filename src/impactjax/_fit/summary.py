@@ -24,7 +24,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     loss, noise = problem.assumed()
     count, p = problem.observations, len(problem.names)
     n = count.astype(residuals.dtype)
-    squares = 2 * minimum.quadratic.cost
+    squares = 2 * minimum.cost
     values = problem.values(minimum.u)
     known = problem.variance()
     variance = squares / (n - p) if known is None else known
@@ -49,6 +49,8 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     size = squares / n if known is None else known
     simulated = jnp.isfinite(squares)
     converged = minimum.converged & (count > p)
+    missed = problem.misfit(residuals)
+    usable = converged & (missed == 0)
     likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2 - problem.log_units
     likelihood = jnp.where(simulated, likelihood, -jnp.inf)
     found = p + problem.sizes_found
@@ -62,13 +64,14 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         inflation=jnp.where(plain > 0, errors / jnp.sqrt(jnp.where(plain > 0, plain, 1.0)), 1.0),
         freedom=freedom,
         memory=noise.order(loss.score(residuals), n),
-        verdicts=verdicts((low > lowest) & converged, (high < highest) & converged),
+        verdicts=verdicts((low > lowest) & usable, (high < highest) & usable),
         residuals=residuals,
         jacobian=jacobian,
         impacts=minimum.answer.impacts,
         rms=jnp.where(simulated, jnp.sqrt(jnp.sum(residuals**2) / n), jnp.inf),
         aic=2 * found - 2 * likelihood,
         bic=jnp.log(n) * found - 2 * likelihood,
+        misfit=missed,
         converged=converged,
         iterations=minimum.iterations,
         start_costs=start_costs,

@@ -1,6 +1,6 @@
 """All that a fit may vary, and its parameters by name."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import reduce
 from typing import NamedTuple, TypeVar
 
@@ -11,6 +11,7 @@ from jaxtyping import ArrayLike
 from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.parameter import Range, as_parameter, parameter, ranges
+from impactjax._model.stop import Stop
 from impactjax._simulate.simulate import InitialState
 from impactjax._types import Scalar, Time
 
@@ -48,32 +49,54 @@ class Handle(NamedTuple):
 
 
 def handles(system: System) -> dict[str, Handle]:
-    """All parameters of a system by their names."""
-    angle = system.model.oscillator.is_angle()
-    coordinate, unit = ("theta", "rad") if angle else ("x", "m")
+    """All parameters of a system by their names.
+
+    **Raises** `ValueError` if two have one name.
+    """
     found: dict[str, Handle] = {}
+    for name, handle in (*_of_model(system), *_of_motion(system), *_of_sensor(system)):
+        if name in found:
+            first, second = (".".join(each.path) for each in (found[name], handle))
+            raise ValueError(
+                f"Two parameters are called `{name}`, {first} and {second}, so that a fit could "
+                "not tell them apart; rename the field of your own class."
+            )
+        found[name] = handle
+    return found
+
+
+def _of_model(system: System) -> Iterator[tuple[str, Handle]]:
     both = system.model.lower is not None and system.model.upper is not None
+    _, unit = _coordinate(system)
     for place, part in system.model.parts().items():
         for name, allowed in ranges(part).items():
             side = f"{place.split('.')[0]}_" if both and place != "oscillator" else ""
-            found[side + name] = Handle(("model", *place.split("."), name), allowed)
-    for name, allowed in ranges(system.initial).items():
-        rate = name == "velocity"
-        symbol = f"{coordinate}_dot0" if rate else f"{coordinate}0"
-        own = allowed._replace(unit=f"{unit}/s" if rate else unit)
-        found[symbol] = Handle(("initial", name), own)
-    found["t0"] = Handle(("start", "t0"), ranges(system.start)["t0"])
-    for place in ("sensor", "sensor.low_pass"):
-        part = reduce(getattr, place.split("."), system)
-        if part is not None:
-            for name, allowed in ranges(part).items():
-                found[name] = Handle((*place.split("."), name), allowed)
-    for name in ("gap", "lower_gap", "upper_gap"):
-        if name in found:
-            found[name] = found[name]._replace(allowed=found[name].allowed._replace(unit=unit))
-    for name, unit in (("offset", system.unit), ("drift", f"{system.unit}/s")):
-        found[name] = found[name]._replace(allowed=found[name].allowed._replace(unit=unit))
-    return found
+            own = allowed._replace(unit=unit) if isinstance(part, Stop) else allowed
+            yield side + name, Handle(("model", *place.split("."), name), own)
+
+
+def _of_motion(system: System) -> Iterator[tuple[str, Handle]]:
+    symbol, unit = _coordinate(system)
+    known = ranges(system.initial)
+    place = known["position"]._replace(unit=unit)
+    rate = known["velocity"]._replace(unit=f"{unit}/s")
+    yield f"{symbol}0", Handle(("initial", "position"), place)
+    yield f"{symbol}_dot0", Handle(("initial", "velocity"), rate)
+    yield "t0", Handle(("start", "t0"), ranges(system.start)["t0"])
+
+
+def _of_sensor(system: System) -> Iterator[tuple[str, Handle]]:
+    units = {"offset": system.unit, "drift": f"{system.unit}/s"}
+    for name, allowed in ranges(system.sensor).items():
+        yield name, Handle(("sensor", name), allowed._replace(unit=units.get(name, allowed.unit)))
+    if system.sensor.low_pass is not None:
+        for name, allowed in ranges(system.sensor.low_pass).items():
+            yield name, Handle(("sensor", "low_pass", name), allowed)
+
+
+def _coordinate(system: System) -> tuple[str, str]:
+    """Symbol and unit of the coordinate."""
+    return ("theta", "rad") if system.model.oscillator.is_angle() else ("x", "m")
 
 
 def replaced(system: System, names: Sequence[str], values: Sequence[ArrayLike]) -> System:

@@ -13,6 +13,7 @@ from impactjax._fit.fit import best_from, pose, solve
 from impactjax._fit.joint_problem import JointProblem, Normal
 from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.problem import Problem
+from impactjax._fit.requests import check_declared
 from impactjax._fit.search import Lanes
 from impactjax._fit.starts import Starts
 from impactjax._measure.recording import AnyRecording, Recording
@@ -58,6 +59,8 @@ def fit_together(
         raise ValueError("There is no experiment to fit.")
     most = max(_length(each.recording) for each in experiments)
     problems = [pose(_padded(each, most)) for each in experiments]
+    for problem in problems:
+        check_declared(problem.system)
     alone = [solve(problem, starts, optimiser) for problem in problems]
     names, places = _named(problems, shared, own)
     for name in priors:
@@ -107,6 +110,7 @@ def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Prob
         rms=jnp.sqrt(jnp.sum(residuals**2) / count),
         aic=estimate.aic,
         bic=estimate.bic,
+        misfit=problem.misfit(residuals),
         converged=estimate.converged,
         iterations=estimate.iterations,
         start_costs=estimate.start_costs,

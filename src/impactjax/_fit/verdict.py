@@ -2,6 +2,8 @@
 
 import enum
 
+_WORDS = "fixed", "identified", "one-sided", "not identified", "undecided"
+
 
 class Verdict(enum.IntEnum):
     """From which sides the recording bounds a parameter."""
@@ -10,6 +12,7 @@ class Verdict(enum.IntEnum):
     IDENTIFIED = 1  # from both sides
     ONE_SIDED = 2  # from one side only
     NOT_IDENTIFIED = 3  # from none
+    UNDECIDED = 4  # where the profile could not go on, which says nothing
 
     def __str__(self) -> str:
-        return ("fixed", "identified", "one-sided", "not identified")[self.value]
+        return _WORDS[self.value]

@@ -1,15 +1,47 @@
 """Combinations of parameters, from the best determined to the worst."""
 
-import equinox as eqx
-import jax.numpy as jnp
-from jaxtyping import Array, Float
+from typing import Any
 
-from impactjax._types import Scalar
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from impactjax._known import AnyArray, namespace
 
 _SAME = 0.99  # of the largest exponent: counts as large
 _ABSENT = 1e-6  # a component this small is rounding
 
-Sensitivities = Float[Array, "data parameters"]
+Sensitivities = Float[AnyArray, "data parameters"]
+Weights = Float[Array | np.ndarray, "... parameters"]
+
+
+class Spread(eqx.Module):
+    """Standard errors of sums Σ wᵢ uᵢ of scaled parameters: |diag(errors) axes w|.
+
+    The axes are those of sensitivities with columns of length one, so that neither the unit nor the
+    size of a parameter matters, however far apart they are.
+
+    - `axes`: right singular vectors over the columns' lengths.
+    - `errors`: the inverse singular values; infinite where the data tell nothing.
+    """
+
+    axes: Float[AnyArray, "axes parameters"]
+    errors: Float[AnyArray, " axes"]
+
+    def error(self, weights: Weights) -> Float[AnyArray, "..."]:
+        """Standard error of each sum; infinite if anything in it is not told."""
+        xp = namespace(self.errors, weights)
+        along = weights @ self.axes.T
+        told = xp.isfinite(self.errors)
+        missing = ~told & (xp.abs(along) > _ABSENT * xp.linalg.norm(along, axis=-1, keepdims=True))
+        size = xp.linalg.norm(
+            xp.where(told, along * xp.where(told, self.errors, 0.0), 0.0), axis=-1
+        )
+        return xp.where(missing.any(axis=-1), xp.inf, size)
+
+    def part(self, indices: Int[np.ndarray, " own"]) -> "Spread":
+        """That of some of the parameters, while the others are found from the same data."""
+        return Spread(self.axes[:, indices], self.errors)
 
 
 class Directions(eqx.Module):
@@ -22,45 +54,70 @@ class Directions(eqx.Module):
     - `exponents`: w, of length one, a row a direction; the largest, or the last
       of equal ones, is positive [1].
     - `errors`: standard error of each, relative; infinite where the data tell nothing [1].
+    - `spread`: errors of all sums, from which these and the bounds of single parameters follow.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
-    exponents: Float[Array, "directions parameters"]
-    errors: Float[Array, " directions"]
+    exponents: Float[AnyArray, "directions parameters"]
+    errors: Float[AnyArray, " directions"]
+    spread: Spread
 
-    @eqx.filter_jit
-    def error(self, exponents: Float[Array, " parameters"]) -> Scalar:
+    def error(self, exponents: Weights) -> Float[AnyArray, "..."]:
         """Standard error of any other product of powers, relative [1]."""
-        along = self.exponents @ exponents
-        felt = jnp.abs(along) > _ABSENT * jnp.linalg.norm(exponents)
-        parts = jnp.where(felt, along, 0.0) * jnp.where(felt, self.errors, 0.0)
-        return jnp.linalg.norm(parts)
+        return self.spread.error(exponents)
 
 
-def directions(names: tuple[str, ...], sensitivities: Sensitivities) -> Directions:
-    """The directions of what data tell, from their sensitivities in sizes of their noise."""
-    count = len(names)
-    missing = max(count - sensitivities.shape[0], 0)
-    full = jnp.pad(sensitivities, ((0, missing), (0, 0)))
-    _, sizes, rows = jnp.linalg.svd(full, full_matrices=False)
-    told = sizes > _rounding(full) * jnp.max(sizes, initial=0.0)
-    errors = jnp.where(told, 1 / jnp.where(told, sizes, 1.0), jnp.inf)
-    absolute = jnp.abs(rows)
-    large = absolute > _SAME * jnp.max(absolute, axis=1, keepdims=True, initial=0.0)
-    last = large & (jnp.cumsum(large[:, ::-1], axis=1)[:, ::-1] == 1)
-    sign = jnp.sign(jnp.sum(jnp.where(last, rows, 0.0), axis=1, keepdims=True))
-    return Directions(names, rows * sign, errors)
+def spread(sensitivities: Sensitivities) -> Spread:
+    """The errors of what data tell, from their sensitivities in sizes of their noise."""
+    xp = namespace(sensitivities)
+    length = xp.linalg.norm(sensitivities, axis=0)
+    length = xp.where(length > 0, length, 1.0)
+    rows, sizes = _axes(sensitivities / length)
+    told = sizes > _rounding(sensitivities) * xp.max(sizes, initial=0.0)
+    errors = xp.where(told, 1 / xp.where(told, sizes, 1.0), xp.inf)
+    return Spread(rows / length, errors)
 
 
-def without(sensitivities: Sensitivities, others: Float[Array, "data others"]) -> Sensitivities:
+def directions(names: tuple[str, ...], sensitivities: Sensitivities, spread: Spread) -> Directions:
+    """The directions of what data tell, from the sensitivities that are left to the named
+    parameters, and the errors of their sums.
+    """
+    xp = namespace(sensitivities)
+    rows, _ = _axes(sensitivities)
+    absolute = xp.abs(rows)
+    large = absolute > _SAME * xp.max(absolute, axis=1, keepdims=True, initial=0.0)
+    last = large & (xp.cumsum(large[:, ::-1], axis=1)[:, ::-1] == 1)
+    sign = xp.sign(xp.sum(xp.where(last, rows, 0.0), axis=1, keepdims=True))
+    return Directions(names, rows * sign, spread.error(rows), spread)
+
+
+def _axes(sensitivities: Sensitivities) -> tuple[AnyArray, AnyArray]:
+    """As many right singular vectors as parameters, and their singular values."""
+    xp = namespace(sensitivities)
+    missing = max(sensitivities.shape[1] - sensitivities.shape[0], 0)
+    full = xp.pad(sensitivities, ((0, missing), (0, 0)))
+    _, sizes, rows = _svd(full)
+    return rows, sizes
+
+
+def without(sensitivities: Sensitivities, others: Float[AnyArray, "data others"]) -> Sensitivities:
     """What is left of sensitivities when other parameters are found from the same data."""
-    size = jnp.linalg.norm(others, axis=0)
-    unit = others / jnp.where(size > 0, size, 1.0)
-    vectors, sizes, _ = jnp.linalg.svd(unit, full_matrices=False)
-    basis = jnp.where(sizes > _rounding(unit) * jnp.max(sizes, initial=0.0), vectors, 0.0)
+    xp = namespace(others)
+    size = xp.linalg.norm(others, axis=0)
+    unit = others / xp.where(size > 0, size, 1.0)
+    vectors, sizes, _ = _svd(unit)
+    basis = xp.where(sizes > _rounding(unit) * xp.max(sizes, initial=0.0), vectors, 0.0)
     return sensitivities - basis @ (basis.T @ sensitivities)
 
 
-def _rounding(matrix: Float[Array, "rows columns"]) -> float:
+def _svd(matrix: Float[Any, "rows columns"]) -> tuple[Any, ...]:
+    """Singular values and vectors; not a number, also in NumPy, of what is none."""
+    xp = namespace(matrix)
+    if xp is np and not np.isfinite(matrix).all():
+        return tuple(np.full_like(each, np.nan) for each in _svd(np.zeros_like(matrix)))
+    return xp.linalg.svd(matrix, full_matrices=False)
+
+
+def _rounding(matrix: Float[AnyArray, "rows columns"]) -> float:
     """The size of a singular value, relative to the largest, that is nothing but rounding."""
-    return max(matrix.shape) * float(jnp.finfo(matrix.dtype).eps)
+    return max(matrix.shape) * float(np.finfo(matrix.dtype).eps)

@@ -6,16 +6,19 @@ from typing import TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._fit.system import Handle, with_values
-from impactjax._identify.directions import Directions, Sensitivities, directions, without
+from impactjax._identify.directions import Directions, Sensitivities, directions, spread, without
 from impactjax._identify.parameters import chosen
+from impactjax._known import AnyArray, known, namespace
 
 Part = TypeVar("Part", bound=eqx.Module)
-PerParameter = Float[Array, " parameters"]
-PerPair = Float[Array, "parameters parameters"]
+PerParameter = Float[AnyArray, " parameters"]
+PerPair = Float[AnyArray, "parameters parameters"]
 
+_NOTHING = 0.1  # of that error: a positive parameter's logarithm means nothing any more
 _ACCOMPANYING = ("initial", "start", "sensor")  # found with the model, but not what is asked for
 
 
@@ -23,14 +26,15 @@ class Information(eqx.Module):
     """What data tell about parameters, to first order around the parameters' values.
 
     A parameter p counts in units of its own size, u = p / scale, so that for a positive one du is a
-    step of its logarithm. With S = ∂(data/σ)/∂u the Fisher information is Sᵀ S.
+    step of its logarithm, unless it is next to nothing. With S = ∂(data/σ)/∂u the Fisher
+    information is Sᵀ S.
 
     - `names`, `units`: of the parameters.
     - `positive`: whether a parameter cannot be negative.
     - `of_model`: whether it belongs to the model, and not to the initial state or the sensor.
     - `values`: in the parameters' own units.
-    - `scale`: |value|; for one that may be negative the error that it would have if all others
-      were known, if that is larger.
+    - `scale`: |value|; the error that it would have if all others were known, if that is larger, or
+      for a positive one larger by far.
     - `sensitivities`: S, change of the data in sizes of their noise per relative change of a
       parameter [1].
     """
@@ -49,44 +53,34 @@ class Information(eqx.Module):
         return self.sensitivities.T @ self.sensitivities
 
     @property
-    @eqx.filter_jit
     def bounds(self) -> PerParameter:
         """The Cramér-Rao bound of each parameter: no unbiased estimate has a smaller standard
         error. Infinite for one that the data do not tell. In the parameter's own unit.
         """
-        size = self._sizes()
-        normal = directions(self.names, self.sensitivities / size)
-        unit = jnp.eye(len(self.names), dtype=size.dtype)
-        return jax.vmap(normal.error)(unit) * self.scale / size
+        unit = namespace(self.scale).eye(len(self.names), dtype=self.scale.dtype)
+        return spread(self.sensitivities).error(unit) * self.scale
 
     @property
-    @eqx.filter_jit
+    @np.errstate(all="ignore")
     def correlation(self) -> PerPair:
         """Correlation of the errors; ±1 for parameters that the data tell only together [1]."""
-        size = self._sizes()
-        normal = directions(self.names, self.sensitivities / size)
-        most = 1 / jnp.finfo(size.dtype).eps
-        weighted = normal.exponents.T * jnp.minimum(normal.errors, most)
+        told, xp = spread(self.sensitivities), namespace(self.scale)
+        most = 1 / xp.finfo(self.scale.dtype).eps
+        weighted = told.axes.T * xp.minimum(told.errors, most)
         covariance = weighted @ weighted.T
-        errors = jnp.sqrt(jnp.diagonal(covariance))
+        errors = xp.sqrt(xp.diagonal(covariance))
         return covariance / (errors[:, None] * errors[None, :])
 
     @property
-    @eqx.filter_jit
     def directions(self) -> Directions:
         """Stiff and sloppy directions among the model's parameters while the others, of initial
         state and sensor, are found from the same data.
         """
-        own = jnp.array([i for i, asked in enumerate(self.of_model) if asked], int)
-        other = jnp.array([i for i, asked in enumerate(self.of_model) if not asked], int)
+        own = np.array([i for i, asked in enumerate(self.of_model) if asked], int)
+        other = np.array([i for i, asked in enumerate(self.of_model) if not asked], int)
         names = tuple(name for name, asked in zip(self.names, self.of_model, strict=True) if asked)
         left = without(self.sensitivities[:, own], self.sensitivities[:, other])
-        return directions(names, left)
-
-    def _sizes(self) -> PerParameter:
-        """Norms of the sensitivities' columns; one where there is nothing."""
-        size = jnp.linalg.norm(self.sensitivities, axis=0)
-        return jnp.where(size > 0, size, 1.0)
+        return directions(names, left, spread(self.sensitivities).part(own))
 
 
 def information(
@@ -116,21 +110,25 @@ def information(
     values = jnp.stack([each.get(part) for each in parameters.values()])
     noise = jnp.asarray(sigma, values.dtype)
 
-    def scaled(values: PerParameter) -> Float[Array, " data"]:
+    def scaled(values: PerParameter) -> Float[AnyArray, " data"]:
         return jnp.ravel(data(with_values(part, [*parameters.values()], list(values))) / noise)
 
     return informed(parameters, values, jax.jacfwd(scaled)(values))
 
 
+@np.errstate(all="ignore")  # as JAX computes, without a warning
 def informed(
     parameters: dict[str, Handle], values: PerParameter, jacobian: Sensitivities
 ) -> Information:
     """The information of a Jacobian in sizes of the noise per unit of each parameter."""
+    values, jacobian = known(values), known(jacobian)
+    xp = namespace(values, jacobian)
     positive = tuple(each.allowed.low >= 0 for each in parameters.values())
-    size = jnp.linalg.norm(jacobian, axis=0)
-    alone = jnp.where(size > 0, 1 / jnp.where(size > 0, size, 1.0), 0.0)
-    large = jnp.where(jnp.array(positive), values, jnp.maximum(jnp.abs(values), alone))
-    scale = jnp.where(large > 0, large, jnp.where(alone > 0, alone, 1.0))
+    size = xp.linalg.norm(jacobian, axis=0)
+    alone = xp.where(size > 0, 1 / xp.where(size > 0, size, 1.0), 0.0)
+    below = xp.where(np.array(positive), _NOTHING * alone, alone)
+    large = xp.where(xp.abs(values) < below, alone, xp.abs(values))
+    scale = xp.where(large > 0, large, xp.where(alone > 0, alone, 1.0))
     return Information(
         names=tuple(parameters),
         units=tuple(each.allowed.unit for each in parameters.values()),

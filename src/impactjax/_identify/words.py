@@ -1,11 +1,10 @@
 """Directions in parameter space as products of powers, in words."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from impactjax._identify.directions import Directions
@@ -62,21 +61,39 @@ def _finding(information: Information, found: Directions, row: np.ndarray, error
     exponents = dict(zip(found.names, row.tolist(), strict=True))
     if not error < _DETERMINED:
         free = {name: round(w, 12) for name, w in exponents.items()}
-        amount = f"(± {_percent(error)})" if error < 10 else ""
-        return Finding(_free(free), exponents, error, False, amount)
+        amount = f"(± {_percent(error)})" if error < 10 and _has_size(information, free) else ""
+        return Finding(_free(information, free), exponents, error, False, amount)
     simple = _simplest(found, row, error)
-    own = float(found.error(jnp.asarray(simple)))
+    own = float(found.error(simple))
     kept = {name: float(w) for name, w in zip(found.names, simple, strict=True) if w != 0}
-    positive = dict(zip(information.names, information.positive, strict=True))
-    if all(positive[name] for name in kept):
+    if _are_powers(information, kept):
         return Finding(_product(kept), exponents, own, True, f"to {_percent(own)}")
     combination, lead = _sum(information, kept)
-    if positive[lead]:
+    if _are_powers(information, [lead]):
         return Finding(combination, exponents, own, True, f"to {_percent(own)}")
     at = information.names.index(lead)
     size, unit = own * float(information.scale[at]), information.units[at]
     amount = f"to ± {size:.2g}" + ("" if unit == "1" else f" {unit}")
     return Finding(combination, exponents, own, True, amount)
+
+
+def _are_powers(information: Information, names: Iterable[str]) -> bool:
+    """Whether steps of parameters are steps of their logarithms: none may be negative, or counts
+    in units of its error because it is next to nothing.
+    """
+    at = [information.names.index(name) for name in names]
+    return all(information.positive[i] for i in at) and _is_own_size(information, at)
+
+
+def _has_size(information: Information, exponents: Exponents) -> bool:
+    """Whether what moves the most along a direction counts in units of its own value."""
+    lead = max(exponents, key=lambda name: abs(exponents[name]))
+    return _is_own_size(information, [information.names.index(lead)])
+
+
+def _is_own_size(information: Information, at: list[int]) -> bool:
+    values, scale = np.abs(np.asarray(information.values)), np.asarray(information.scale)
+    return bool(np.all(scale[at] <= values[at]))
 
 
 def _simplest(found: Directions, row: np.ndarray, error: float) -> np.ndarray:
@@ -85,14 +102,14 @@ def _simplest(found: Directions, row: np.ndarray, error: float) -> np.ndarray:
     """
     large = np.abs(row) > 0.99 * np.abs(row).max()
     exact = row / row[np.flatnonzero(large)[-1]]
-    alone = np.array([float(found.error(jnp.asarray(unit))) for unit in np.eye(len(row))])
+    alone = np.asarray(found.error(np.eye(len(row), dtype=row.dtype)))
     weight = np.where(large, np.inf, np.abs(exact) * np.minimum(alone, 1e9))
     limit = max(_WORTH * error * np.linalg.norm(exact), _WELL)
     for count in range(int(large.sum()), len(row) + 1):
         kept = np.isin(np.arange(len(row)), np.argsort(-weight)[:count])
         for rounded in (_as_ratio, _two_digits):
             simple = np.array([rounded(w) for w in exact]) * kept
-            if float(found.error(jnp.asarray(simple))) <= limit:
+            if float(found.error(simple)) <= limit:
                 return simple
     return exact
 
@@ -108,7 +125,7 @@ def _two_digits(exponent: float) -> float:
     return float(f"{exponent:.2g}")
 
 
-def _free(exponents: Exponents) -> str:
+def _free(information: Information, exponents: Exponents) -> str:
     """What may change along a direction without the data noticing: "k at fixed c/k"."""
     largest = max(abs(w) for w in exponents.values())
     lead = next(name for name, w in exponents.items() if abs(w) > 0.99 * largest)
@@ -119,7 +136,11 @@ def _free(exponents: Exponents) -> str:
     }
     if not others:
         return lead
-    fixed = [_product({name: 1.0, lead: -ratio}) for name, ratio in others.items()]
+    stays = [{name: 1.0, lead: -ratio} for name, ratio in others.items()]
+    fixed = [
+        _product(each) if _are_powers(information, each) else _sum(information, each)[0]
+        for each in stays
+    ]
     return f"{lead} at fixed {' and '.join(fixed)}"
 
 

@@ -6,11 +6,12 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from impactjax._known import AnyArray, namespace
 from impactjax._measure.quantity import AbstractQuantity
 from impactjax._model.parameter import as_parameter, plain
 from impactjax._types import Samples
 
-Valid = Bool[Array, " observations"]
+Valid = Bool[AnyArray, " observations"]
 
 _PADDING = 1e-3  # distance of samples that only fill up, relative to the others'
 
@@ -58,8 +59,12 @@ class Recording(eqx.Module):
 
     def first(self, share: float) -> "Recording":
         """The recording with only the samples of the first part of its time counted."""
-        early = self.ts - self.ts[0] <= share * (self.ts[-1] - self.ts[0])
-        return Recording(self.ts, self.values, self.quantity, self.valid & early)
+        return Recording(self.ts, self.values, self.quantity, self.within(share))
+
+    def within(self, share: float) -> Valid:
+        """Which samples count in the first part of the time."""
+        ts = plain(self.ts)
+        return plain(self.valid) & (ts - ts[0] <= share * (ts[-1] - ts[0]))
 
     def padded(self, count: int) -> "Recording":
         """The recording with samples after its end, which do not count, up to a number of them:
@@ -68,19 +73,21 @@ class Recording(eqx.Module):
         more = count - self.ts.shape[0]
         if more <= 0:
             return self
-        beyond = jnp.arange(1, more + 1, dtype=self.ts.dtype)
-        later = self.ts[-1] + _PADDING * (self.ts[-1] - self.ts[-2]) * beyond
+        ts, values, valid = (plain(x) for x in (self.ts, self.values, self.valid))
+        xp = namespace(ts, values, valid)
+        beyond = xp.arange(1, more + 1, dtype=ts.dtype)
+        later = ts[-1] + _PADDING * (ts[-1] - ts[-2]) * beyond
         return Recording(
-            jnp.concatenate([self.ts, later]),
-            jnp.pad(self.values, (0, more), mode="edge"),
+            xp.concatenate([ts, later]),
+            xp.pad(values, (0, more), mode="edge"),
             self.quantity,
-            jnp.pad(self.valid, (0, more)),
+            xp.pad(valid, (0, more)),
         )
 
     @property
-    def observations(self) -> Int[Array, "..."]:
+    def observations(self) -> Int[AnyArray, "..."]:
         """How many samples count."""
-        return jnp.sum(self.valid, axis=-1)
+        return self.valid.sum(axis=-1)
 
 
 class ImpactTimes(eqx.Module):
@@ -110,6 +117,13 @@ class ImpactTimes(eqx.Module):
                 raise ValueError("The first of the impact times has to be known: begin with it.")
             _check_increasing("times", times[np.isfinite(times)])
 
+    def padded(self, count: int) -> "ImpactTimes":
+        """The impact times with later ones, unknown, up to a number of them."""
+        times, valid = plain(self.times), plain(self.valid)
+        xp, more = namespace(times, valid), max(count - times.shape[0], 0)
+        unknown = xp.pad(times, (0, more), constant_values=np.nan)
+        return ImpactTimes(unknown, xp.pad(valid, (0, more)))
+
     @property
     def last(self) -> Float[Array, ""]:
         """The latest time that is known [s]."""
@@ -117,13 +131,18 @@ class ImpactTimes(eqx.Module):
 
     def first(self, share: float) -> "ImpactTimes":
         """The impacts with only those in the first part of the time counted."""
-        early = self.times - self.times[0] <= share * (self.last - self.times[0])
-        return ImpactTimes(self.times, self.valid & early)
+        return ImpactTimes(self.times, self.within(share))
+
+    def within(self, share: float) -> Valid:
+        """Which impacts count in the first part of the time."""
+        times = plain(self.times)
+        last = namespace(times).nanmax(times)
+        return plain(self.valid) & (times - times[0] <= share * (last - times[0]))
 
     @property
-    def observations(self) -> Int[Array, "..."]:
+    def observations(self) -> Int[AnyArray, "..."]:
         """How many impacts count."""
-        return jnp.sum(self.valid, axis=-1)
+        return self.valid.sum(axis=-1)
 
 
 AnyRecording = Recording | ImpactTimes

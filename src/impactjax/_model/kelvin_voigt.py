@@ -13,7 +13,7 @@ from impactjax._model.linear_contact import (
     decay,
     half_turn,
 )
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._model.parameter import as_parameter, parameter, require_restitution
 from impactjax._model.separation import AbstractSeparation, AtZeroForce, AtZeroPenetration
 from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
 
@@ -45,8 +45,13 @@ class KelvinVoigt(AbstractMemorylessLaw):
     def from_restitution(
         omega0: ArrayLike, r: ArrayLike, *, separation: AbstractSeparation = AtZeroPenetration()
     ) -> "KelvinVoigt":
-        """The law with a given coefficient of restitution, at every speed."""
+        """The law with a given coefficient of restitution, at every speed.
+
+        **Raises** `ValueError` for an r above 1 or below 0; at 0, where γ = 1, with separation at
+        zero force, too, which comes to 0 for no finite damping.
+        """
         without_pull = isinstance(separation, AtZeroForce)
+        require_restitution(r, zero=not without_pull)
         inverse = damping_ratio_without_pull if without_pull else damping_ratio
         return KelvinVoigt(omega0, inverse(as_parameter(r)), separation=separation)
 

@@ -17,7 +17,7 @@ class KelvinVoigtLinearRestitution(AbstractForceLaw):
     """Kelvin-Voigt, F = m (ω0² δ + 2 γ ω0 δ′), with γ set at each impact so that r = r0 − α |v⁻|.
 
     γ = −ln r/√(π² + ln² r) is the internal state, constant during contact. Valid where 0 < r ≤ 1;
-    an impact outside ends the run with `RESULTS.non_finite`.
+    an impact outside ends the run with `RESULTS.restitution_out_of_range`.
 
     Source: Carter (2005), 3.43 and 3.44.
 

@@ -33,7 +33,11 @@ class AbstractForceLaw(eqx.Module):
 
     @abc.abstractmethod
     def touch(self, speed: Speed, mass: Mass) -> Internal:
-        """The internal state when contact begins at an approach speed; `()` if there is none."""
+        """The internal state when contact begins at an approach speed; `()` if there is none.
+
+        NaN says that the law does not hold at that speed: the run ends with
+        `RESULTS.restitution_out_of_range`.
+        """
 
     @abc.abstractmethod
     def force(self, penetration: Length, rate: Speed, internal: Internal, mass: Mass) -> Force:

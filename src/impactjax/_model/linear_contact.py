@@ -45,9 +45,10 @@ def decay(gamma: Ratio, duration: Ratio) -> Ratio:
 
 @jax.jit
 def damping_ratio(r: Ratio) -> Ratio:
-    """γ = −ln r/√(π² + ln² r), the inverse of r = exp(−π γ/√(1 − γ²)) (3.43)."""
-    loss = jnp.log(r)
-    return -loss / jnp.sqrt(math.pi**2 + loss**2)
+    """γ = −ln r/√(π² + ln² r), the inverse of r = exp(−π γ/√(1 − γ²)) (3.43); 1 for r = 0."""
+    comes_back = r != 0
+    loss = jnp.log(jnp.where(comes_back, r, 1))
+    return jnp.where(comes_back, -loss / jnp.sqrt(math.pi**2 + loss**2), 1)
 
 
 @jax.jit

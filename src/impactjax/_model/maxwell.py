@@ -7,7 +7,7 @@ from jaxtyping import ArrayLike
 from impactjax._model.equivalents import Equivalents, equivalents
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.linear_contact import arc_ratio, damping_ratio, decay, half_turn
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._model.parameter import as_parameter, parameter, require_restitution
 from impactjax._model.separation import AbstractSeparation, AtZeroForce
 from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
 
@@ -39,7 +39,11 @@ class Maxwell(AbstractForceLaw):
 
     @staticmethod
     def from_restitution(omega0: ArrayLike, r: ArrayLike) -> "Maxwell":
-        """The law with a given coefficient of restitution, at every speed."""
+        """The law with a given coefficient of restitution, at every speed; γ = 1 for 0.
+
+        **Raises** `ValueError` for an r above 1 or below 0.
+        """
+        require_restitution(r, zero=True)
         return Maxwell(omega0, damping_ratio(as_parameter(r)))
 
     def touch(self, speed: Speed, mass: Mass) -> Length:

@@ -10,6 +10,8 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float
 
+from impactjax._known import AnyArray
+
 _KEY = "impactjax parameter"
 
 
@@ -72,7 +74,7 @@ def as_parameter(value: ArrayLike) -> Float[Array, "..."]:
     return array
 
 
-def plain(value: Array) -> Array | np.ndarray:
+def plain(value: AnyArray) -> AnyArray:
     """A known number as NumPy's, with which no operation is compiled."""
     return value if isinstance(value, Tracer) else np.asarray(value)
 
@@ -89,6 +91,11 @@ def ranges(part: eqx.Module) -> dict[str, Range]:
         for field in dataclasses.fields(part)
         if _KEY in field.metadata and getattr(part, field.name) is not None
     }
+
+
+def parameter_of(field: dataclasses.Field) -> Range | None:
+    """The unit and range of a field, if it holds a parameter."""
+    return field.metadata.get(_KEY)
 
 
 class Requirement(NamedTuple):
@@ -120,3 +127,14 @@ def raise_if_violated(owner: eqx.Module, requirements: list[Requirement]) -> Non
     for holds, sentence in requirements:
         if not isinstance(holds, Tracer) and not np.all(holds):
             raise ValueError(f"{type(owner).__name__}: {sentence}.")
+
+
+def require_restitution(r: ArrayLike, *, zero: bool) -> None:
+    """Refuses a known coefficient of restitution outside 0 to 1, or of `zero` unless allowed."""
+    if isinstance(r, Tracer):
+        return
+    number = np.asarray(r)
+    above = number >= 0 if zero else number > 0
+    if not np.all(above & (number <= 1)):
+        range_ = "from 0 to 1" if zero else "above 0 and at most 1"
+        raise ValueError(f"Argument `r` must be {range_}, but it is {r}.")

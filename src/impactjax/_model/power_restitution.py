@@ -18,11 +18,11 @@ class PowerRestitution(AbstractImpactLaw):
 
     **Arguments:**
 
-    - `r0`: coefficient of restitution at 1 m/s [1].
+    - `r0`: coefficient of restitution at 1 m/s [(m/s)^α].
     - `alpha`: exponent of its decrease [1].
     """
 
-    r0: Ratio = eqx.field(converter=as_parameter, metadata=parameter("1", at_least=0))
+    r0: Ratio = eqx.field(converter=as_parameter, metadata=parameter("(m/s)^alpha", at_least=0))
     alpha: Ratio = eqx.field(converter=as_parameter, metadata=parameter("1", at_least=0))
 
     def restitution(self, speed: Speed) -> Ratio:

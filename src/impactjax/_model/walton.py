@@ -5,7 +5,7 @@ from jaxtyping import ArrayLike
 
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractMemorylessLaw
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._model.parameter import as_parameter, parameter, require_restitution
 from impactjax._model.power import Coefficient, power_force
 from impactjax._model.separable import restitution_damping, separable_equivalents
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
@@ -32,7 +32,11 @@ class Walton(AbstractMemorylessLaw):
 
     @staticmethod
     def from_restitution(k: ArrayLike, r: ArrayLike, speed: ArrayLike) -> "Walton":
-        """The law with a given coefficient of restitution at a speed [m/s]."""
+        """The law with a given coefficient of restitution at a speed [m/s].
+
+        **Raises** `ValueError` for an r above 1, and at 0 or below, where no finite damping leads.
+        """
+        require_restitution(r, zero=False)
         return Walton(k, as_parameter(k) * restitution_damping(r, speed))
 
     def force(self, penetration: Length, rate: Speed, internal: tuple[()], mass: Mass) -> Force:

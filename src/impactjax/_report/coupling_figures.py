@@ -1,5 +1,6 @@
 """Which parameters a recording tells, and which only together."""
 
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -65,7 +66,7 @@ def plot_sensitivities(ax: "Axes", estimate: Estimate) -> "Axes":
     by_times = isinstance(recording, ImpactTimes)
     at = np.arange(recording.times.shape[0]) if by_times else np.asarray(recording.ts)
     for name, column, color in zip(
-        told.names, np.asarray(told.sensitivities).T, LAWS, strict=False
+        told.names, np.asarray(told.sensitivities).T, cycle(LAWS), strict=False
     ):
         ax.plot(at, 0.01 * column, color=color, linewidth=1, label=name)
     ax.axhline(0, color="black", linewidth=0.5)

@@ -4,6 +4,7 @@ import importlib.metadata
 import math
 import platform
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -11,15 +12,17 @@ from jaxtyping import ArrayLike
 
 from impactjax._fit.compare import Fitted
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.ranking import differences, rejected
 from impactjax._fit.system import handles
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residuals import residuality
 from impactjax._identify.words import coupling, findings
 from impactjax._measure.recording import ImpactTimes
-from impactjax._report.outcome import outcome
+from impactjax._report.given import OwnValue, given, is_assumed
+from impactjax._report.outcome import outcome_of
+from impactjax._report.residual_words import residual_sentences
 from impactjax._report.rows import corrected_aic
-from impactjax._report.words import residual_sentences
 
 _PACKAGES = ("impactjax", "jax", "jaxlib", "diffrax", "numpy", "scipy")
 
@@ -31,9 +34,16 @@ def document(
     was left out of each recording.
     """
     names = list(dict.fromkeys(name for name, _ in fits))
+    groups = groupby(fits, key=lambda named: named[0])
+    against_best = [
+        each for _, group in groups for each in _against_best([fitted for _, fitted in group])
+    ]
     return {
         "recording": ", ".join(names),
-        "fits": [{"recording": name, **_fit(fitted)} for name, fitted in fits],
+        "fits": [
+            {"recording": name, **_fit(fitted), "aic_behind": by, "rejected": out}
+            for (name, fitted), (by, out) in zip(fits, against_best, strict=True)
+        ],
         "versions": versions(),
         "seed": seed,
         "notes": {name: list(said) for name, said in notes.items()},
@@ -46,6 +56,15 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **found}
 
 
+def _against_best(fits: Sequence[Fitted]) -> list[tuple[float | None, bool]]:
+    """How much worse than the best each fit to a recording is, null where that cannot be told; and
+    whether the best rules it out: then its verdicts tell nothing.
+    """
+    estimates = [fitted.estimate for fitted in fits]
+    behind = map(_number, differences(estimates))
+    return list(zip(behind, rejected(estimates), strict=True))
+
+
 def _fit(fitted: Fitted) -> dict[str, Any]:
     estimate = fitted.estimate
     recording = estimate.problem.recording
@@ -53,17 +72,46 @@ def _fit(fitted: Fitted) -> dict[str, Any]:
     return {
         "law": fitted.law,
         "friction": "viscous and dry" if fitted.dry_friction else "viscous",
-        "result": "successful" if bool(estimate.converged) else "not converged",
+        "result": _result(estimate),
         "n_samples": int(recording.observations),
         "rms_residual": {"value": _number(estimate.rms), "unit": unit},
         "aic": _number(estimate.aic),
         "bic": _number(estimate.bic),
         "seconds": round(fitted.seconds, 3),
-        "outcome": outcome(estimate),
+        "outcome": outcome_of(fitted),
         "aicc": _number(corrected_aic(estimate)),
         "coupling": _coupling(estimate),
         "residuals": _residuals(estimate),
-        "parameters": {**_fitted_parameters(estimate), **_fixed_parameters(estimate)},
+        "parameters": _parameters(fitted),
+        "assumptions": [each._asdict() for each in given(fitted).assumed],
+    }
+
+
+def _result(estimate: Estimate) -> str:
+    if bool(estimate.usable):
+        return "successful"
+    return "misses the record" if bool(estimate.converged) else "not converged"
+
+
+def _parameters(fitted: Fitted) -> dict[str, Any]:
+    """All parameters, and what those rest on that rest on what nobody stated."""
+    estimate, known = fitted.estimate, given(fitted)
+    found = {**_fitted_parameters(estimate), **_fixed_parameters(estimate)}
+    for name, each in found.items():
+        fixed = name not in estimate.names
+        own = known.own.get(name)
+        each["assumed"] = fixed and is_assumed(fitted, name)
+        each["rests_on"] = list(known.rests[name].on) if name in known.rests else []
+        each["own"] = None if own is None else _own(own)
+    return found
+
+
+def _own(own: OwnValue) -> dict[str, Any]:
+    return {
+        "name": own.name,
+        "value": _number(own.value),
+        "standard_error": _number(own.error),
+        "unit": own.unit,
     }
 
 
@@ -96,8 +144,11 @@ def _residuals(estimate: Estimate) -> dict[str, Any]:
         "autoregression_order": int(estimate.memory),
         "autocorrelation": [_number(v) for v in np.asarray(found.autocorrelation)],
         "band": _number(found.band),
+        "portmanteau": _number(found.portmanteau),
+        "portmanteau_limit": _number(found.portmanteau_limit),
         "runs": int(found.runs),
         "runs_expected": _number(found.runs_expected),
+        "runs_limits": [_number(v) for v in np.asarray(found.runs_limits)],
         "skewness": _number(found.skewness),
         "excess_kurtosis": _number(found.excess_kurtosis),
         "after_impacts": [

@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 
+from impactjax._fit.compare import Fitted
 from impactjax._fit.estimate import Estimate
 from impactjax._measure.recording import ImpactTimes
 from impactjax._results import RESULTS
@@ -11,12 +12,21 @@ from impactjax._simulate.simulate import simulate
 
 def outcome(estimate: Estimate) -> str:
     """`converged`, or why there is no result to be used."""
+    if bool(estimate.converged) and float(estimate.misfit) > 0:
+        return f"misses the record: {100 * float(estimate.misfit):.0f} % of its motion is left"
     if bool(estimate.converged):
         return "converged"
     if was_simulated(estimate):
         return f"not converged after {int(estimate.iterations)} evaluations"
     reason, *_ = str(RESULTS[_result(estimate)]).split(". ")
     return f"not simulated: {reason.removesuffix('.')}"
+
+
+def outcome_of(fitted: Fitted) -> str:
+    """The outcome of a law among others."""
+    if fitted.worse_than:
+        return f"worse than {', '.join(fitted.worse_than)}, which it contains: the search failed"
+    return outcome(fitted.estimate)
 
 
 def was_simulated(estimate: Estimate) -> bool:

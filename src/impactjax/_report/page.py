@@ -1,6 +1,7 @@
 """The report: one self-contained HTML page."""
 
 import importlib.resources
+import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import groupby
@@ -10,6 +11,7 @@ import jinja2
 
 from impactjax._fit.compare import Fitted
 from impactjax._fit.laws import NO_LAW
+from impactjax._fit.ranking import CLEAR, rejected
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.words import coupling
 from impactjax._measure.recording import ImpactTimes
@@ -20,17 +22,26 @@ from impactjax._report.coupling_figures import (
 )
 from impactjax._report.document import versions
 from impactjax._report.fit_figures import plot_fit, plot_residuals
+from impactjax._report.given import given, speeds_rest_on, taken
 from impactjax._report.outcome import was_simulated
-from impactjax._report.picture import Picture, picture, wide_picture
+from impactjax._report.picture import Margins, Picture, picture, wide_picture
 from impactjax._report.residual_figures import (
     plot_autocorrelation,
     plot_impact_residuals,
     plot_quantiles,
 )
+from impactjax._report.residual_words import residual_sentences
 from impactjax._report.restitution_figure import plot_restitution
-from impactjax._report.rows import ABSENT, impact_rows, law_rows, name_of, parameter_rows, sources
+from impactjax._report.rows import (
+    ABSENT,
+    impact_rows,
+    law_rows,
+    name_of,
+    rows_with_assumptions,
+    sources,
+)
 from impactjax._report.search_figures import plot_first_estimates, plot_starts
-from impactjax._report.words import residual_sentences, sentences
+from impactjax._report.words import sentences
 
 
 def page(
@@ -57,6 +68,7 @@ def page(
         command=command,
         seed=seed,
         versions=versions(),
+        clear=f"{CLEAR:g}",
         sources=sources([fitted for _, fitted in fits]),
     )
 
@@ -80,13 +92,15 @@ def _section(name: str, fits: list[Fitted], notes: Sequence[str]) -> dict[str, A
         "laws": law_rows(fits),
         "restitution": _restitution(name, fits),
         "parameters": [
-            (name_of(each), parameter_rows(each.estimate))
-            for each in fits
+            (name_of(each), rows_with_assumptions(each, out))
+            for each, out in zip(fits, rejected([each.estimate for each in fits]), strict=True)
             if was_simulated(each.estimate)
         ],
         "coupling": coupling(told),
         "couplings": _coupling_pictures(name, best),
         "impacts": impacts,
+        "speeds_rest_on": speeds_rest_on(given(best)),
+        "taken": taken(best),
         "soft": any(row["duration"] != ABSENT for row in impacts),
         "residual_sentences": residual_sentences(estimate),
         "residuals": _residual_pictures(name, best),
@@ -119,19 +133,22 @@ def _coupling_pictures(name: str, best: Fitted) -> list[Picture]:
         (
             partial(plot_correlation, information=told),
             f"Correlation of the errors of the parameters of {law} for {name}",
+            Margins(left=1.1, bottom=0.85, top=0.1),  # names of parameters
         ),
         (
             partial(plot_directions, information=told),
             f"What {name} tells of the parameters of {law}: {coupling(told)}",
+            Margins(left=0.15, top=0.1),
         ),
-        (
+        (  # with a legend in three columns
             partial(plot_sensitivities, estimate=estimate),
             f"Sensitivity of {name} to each parameter of {law} in time",
+            Margins(top=0.2 + 0.2 * math.ceil(len(told.names) / 3)),
         ),
     ]
     if not any(told.of_model):
         del drawn[1]
-    return [picture(draw, text, 3.6) for draw, text in drawn]
+    return [picture(draw, text, 3.6, margins) for draw, text, margins in drawn]
 
 
 def _residual_pictures(name: str, best: Fitted) -> list[Picture]:

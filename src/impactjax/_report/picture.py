@@ -5,11 +5,28 @@ import io
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _DPI = 144
 _NARROW, _WIDE = 4.2, 9.0  # inches
+
+
+class Margins(NamedTuple):
+    """Room for what is written around the axes [inches]; to find out how much it needs takes
+    longer than to draw it.
+    """
+
+    left: float = 0.92
+    bottom: float = 0.5
+    right: float = 0.15
+    top: float = 0.35
+
+
+PLAIN = Margins()
 
 
 class Picture(NamedTuple):
@@ -22,28 +39,39 @@ class Picture(NamedTuple):
     height: int
 
 
-def picture(draw: Callable[["Axes"], "Axes"], text: str, height: float = 3.2) -> Picture:
+def picture(
+    draw: Callable[["Axes"], "Axes"], text: str, height: float = 3.2, margins: Margins = PLAIN
+) -> Picture:
     """A figure of the width of a phone or of half a page."""
-    return Picture(_png(draw, _NARROW, height), None, text, *_pixels(_NARROW, height))
+    return Picture(_png(draw, _NARROW, height, margins), None, text, *_pixels(_NARROW, height))
 
 
 def wide_picture(draw: Callable[["Axes"], "Axes"], text: str, height: float) -> Picture:
     """A figure of the width of a page, with another one for narrow screens."""
-    narrow = _png(draw, _NARROW, height)
-    return Picture(_png(draw, _WIDE, height), narrow, text, *_pixels(_WIDE, height))
+    narrow = _png(draw, _NARROW, height, PLAIN)
+    return Picture(_png(draw, _WIDE, height, PLAIN), narrow, text, *_pixels(_WIDE, height))
 
 
 def _pixels(width: float, height: float) -> tuple[int, int]:
     return round(width * _DPI), round(height * _DPI)
 
 
-def _png(draw: Callable[["Axes"], "Axes"], width: float, height: float) -> str:
+def _png(draw: Callable[["Axes"], "Axes"], width: float, height: float, margins: Margins) -> str:
+    buffer = io.BytesIO()
+    figure(draw, width, height, margins).savefig(buffer, format="png", dpi=_DPI)
+    return base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def figure(
+    draw: Callable[["Axes"], "Axes"], width: float, height: float, margins: Margins
+) -> "Figure":
+    """A figure of some size, with nothing but axes in it."""
     from matplotlib.figure import Figure  # most users of the package never draw
 
-    figure = Figure(figsize=(width, height), layout="constrained")
-    ax = figure.add_subplot()
+    drawn = Figure(figsize=(width, height))
+    left, bottom, right, top = margins
+    inside = left, bottom, width - left - right, height - bottom - top
+    ax = drawn.add_axes(tuple(np.array(inside) / [width, height, width, height]))
     ax.spines[["top", "right"]].set_visible(False)
     draw(ax)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=_DPI)
-    return base64.b64encode(buffer.getvalue()).decode("ascii")
+    return drawn

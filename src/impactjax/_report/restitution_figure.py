@@ -1,6 +1,7 @@
 """Restitution against speed: the impacts of the fitted motion, and the laws' own curves."""
 
 from collections.abc import Sequence
+from itertools import cycle, islice
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import equinox as eqx
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 _POINTS = 200
 _MARGIN = 0.03  # of the restitutions shown
 
-Curve = Float[Array, " speeds"]
+Curve = Float[Array | np.ndarray, " speeds"]
 
 
 @runtime_checkable
@@ -41,7 +42,7 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted]) -> "Axes":
     """
     fastest = max(float(np.max(_impacts(each.estimate.impacts)[0], initial=0)) for each in fits)
     speeds = jnp.asarray(np.linspace(1e-3, 1.05, _POINTS) * fastest)
-    for fitted, color in zip(fits, LAWS, strict=False):
+    for fitted, color in zip(fits, cycle(LAWS), strict=False):
         _draw(ax, fitted.estimate, speeds, fitted.law, color)
     return _framed(ax, 2 if len(fits) > 3 else 1)
 
@@ -63,14 +64,16 @@ def plot_learned_restitution(
     speeds = jnp.asarray(np.linspace(at.min(), at.max(), _POINTS))
     middle, errors = (np.asarray(each) for each in restitution_band(learned, speeds))
     _band(ax, np.asarray(speeds), middle, 1.96 * errors, LAWS[0])
-    for estimate, color in zip(others, LAWS[1:], strict=False):
+    for estimate, color in zip(others, islice(cycle(LAWS), 1, None), strict=False):
         stop = estimate.system.model.lower
         assert stop is not None
         _draw(ax, estimate, speeds, type(stop.law).__name__, color)
     return _framed(ax, 1)
 
 
-def _draw(ax: "Axes", estimate: Estimate, speeds: Curve, label: str, color: str) -> None:
+def _draw(
+    ax: "Axes", estimate: Estimate, speeds: Float[Array, " speeds"], label: str, color: str
+) -> None:
     at, ratios = _impacts(estimate.impacts)
     ax.plot(at, ratios, "o", color=color, markersize=4, label=label)
     curve = restitution_curve(estimate, speeds)
@@ -95,7 +98,9 @@ def _framed(ax: "Axes", columns: int) -> "Axes":
     return ax
 
 
-def restitution_curve(estimate: Estimate, speeds: Curve) -> tuple[Curve, Curve, Curve] | None:
+def restitution_curve(
+    estimate: Estimate, speeds: Float[Array, " speeds"]
+) -> tuple[Curve, Curve, Curve] | None:
     """Speeds, the fitted law's restitution there, and half the width of its 95 % band; nothing for
     a law whose restitution has no closed form.
     """
@@ -103,20 +108,21 @@ def restitution_curve(estimate: Estimate, speeds: Curve) -> tuple[Curve, Curve, 
     if stop is None or not isinstance(stop.law, AbstractImpactLaw | _ClosedForm):
         return None
     told = identifiability(estimate)
-    middle, slopes = _sloped(estimate.problem.system, estimate.names, estimate.values, speeds)
-    return speeds, middle, 1.96 * _errors(told, slopes)
+    middle, slopes = _sloped(
+        estimate.problem.system, estimate.names, jnp.asarray(estimate.values), speeds
+    )
+    return speeds, middle, 1.96 * _errors(told, np.asarray(slopes))
 
 
-@eqx.filter_jit
-def _errors(told: Information, slopes: Float[Array, "speeds parameters"]) -> Curve:
+def _errors(told: Information, slopes: Float[np.ndarray, "speeds parameters"]) -> np.ndarray:
     """Of a function of the contact's parameters, from its derivatives."""
     own = np.array(told.of_model)
-    return jax.vmap(told.directions.error)((slopes * told.scale)[:, own])
+    return np.asarray(told.directions.error((slopes * told.scale)[:, own]))
 
 
 @eqx.filter_jit
 def _sloped(
-    system: System, names: tuple[str, ...], values: Array, speeds: Curve
+    system: System, names: tuple[str, ...], values: Array, speeds: Float[Array, " speeds"]
 ) -> tuple[Curve, Float[Array, "speeds parameters"]]:
     """Restitution at speeds, and its derivatives by the fitted parameters."""
 

@@ -1,6 +1,7 @@
 """The tables of the report."""
 
 import inspect
+import math
 from collections.abc import Sequence
 
 import jax
@@ -10,7 +11,9 @@ from impactjax._fit.compare import Fitted
 from impactjax._fit.digits import interval
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.laws import NO_LAW
-from impactjax._report.outcome import outcome, was_simulated
+from impactjax._fit.ranking import differences
+from impactjax._report.given import given
+from impactjax._report.outcome import outcome_of, was_simulated
 from impactjax._report.units import shown_unit
 
 _MOST_IMPACTS = 40
@@ -26,20 +29,17 @@ def name_of(fitted: Fitted) -> str:
 
 
 def law_rows(fits: Sequence[Fitted]) -> list[Row]:
-    """A row a fit, with differences of the criteria to the best."""
-    best = fits[0].estimate
-    unit, factor = shown_unit(best.problem.recording)
+    """A row a fit, with the difference of the criterion to the best where it exists."""
+    unit, factor = shown_unit(fits[0].estimate.problem.recording)
     rows = []
-    for fitted in fits:
-        own, row = fitted.estimate, {"law": name_of(fitted), "outcome": outcome(fitted.estimate)}
+    behind = differences([fitted.estimate for fitted in fits])
+    for fitted, by in zip(fits, behind, strict=True):
+        own, row = fitted.estimate, {"law": name_of(fitted), "outcome": outcome_of(fitted)}
         if was_simulated(own):
-            row |= {
-                "rms": f"{float(own.rms) * factor:.4g} {unit}",
-                "aic": f"{corrected_aic(own) - corrected_aic(best):.1f}",
-                "bic": f"{float(own.bic - best.bic):.1f}",
-            }
-        rows.append({"rms": ABSENT, "aic": ABSENT, "bic": ABSENT, **row})
-        rows[-1]["count"] = str(len(own.names))
+            row["rms"] = f"{float(own.rms) * factor:.4g} {unit}"
+        if not math.isnan(by):
+            row["behind"] = f"{math.floor(10 * by) / 10:.1f}"  # never up to what would decide
+        rows.append({"rms": ABSENT, "behind": ABSENT, **row, "count": str(len(own.names))})
     return rows
 
 
@@ -50,8 +50,13 @@ def corrected_aic(estimate: Estimate) -> float:
     return float(estimate.aic) + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else np.inf)
 
 
-def parameter_rows(estimate: Estimate) -> list[Row]:
-    """A row a fitted parameter."""
+def verdict_of(estimate: Estimate, name: str, ruled_out: bool) -> str:
+    """What the record tells about a parameter: nothing, of a law that the best one rules out."""
+    return "law rejected" if ruled_out else str(estimate.verdict(name))
+
+
+def parameter_rows(estimate: Estimate, ruled_out: bool = False) -> list[Row]:
+    """A row a fitted parameter of a law, which the best one may rule out."""
     return [
         {
             "name": name,
@@ -60,10 +65,22 @@ def parameter_rows(estimate: Estimate) -> list[Row]:
             "interval": interval(
                 float(estimate.low[i]), float(estimate.high[i]), float(estimate.standard_errors[i])
             ),
-            "verdict": str(estimate.verdict(name)),
+            "verdict": verdict_of(estimate, name, ruled_out),
         }
         for i, name in enumerate(estimate.names)
     ]
+
+
+def rows_with_assumptions(fitted: Fitted, ruled_out: bool = False) -> list[Row]:
+    """A row a fitted parameter, and one for what it is without what nobody stated."""
+    known, rows = given(fitted), []
+    for row in parameter_rows(fitted.estimate, ruled_out):
+        rows.append({**row, "given": known.words(row["name"])})
+        if (own := known.own.get(row["name"])) is not None:
+            unit = "" if own.unit == "1" else own.unit
+            free = {"name": own.name, "value": own.shown, "unit": unit, "interval": "", "given": ""}
+            rows.append({**row, **free})
+    return rows
 
 
 def impact_rows(estimate: Estimate) -> list[Row]:

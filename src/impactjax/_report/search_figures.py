@@ -50,7 +50,7 @@ def plot_first_estimates(ax: "Axes", estimate: Estimate) -> "Axes":
         return ax
     model = estimate.problem.system.model
     gap = 0.0 if model.lower is None else float(model.lower.gap)
-    seen = first_estimates(recording, model.oscillator, gap)
+    seen = first_estimates(recording, model.oscillator, gap, estimate.problem.system.sensor)
     ts, values = np.asarray(recording.ts), np.asarray(recording.values) * factor
     found = np.interp(seen.marks, ts, values)
     ax.plot(ts, values, color=RECORDED, linewidth=1)

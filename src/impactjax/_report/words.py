@@ -1,42 +1,48 @@
 """What the fits say, in sentences."""
 
+import math
 from collections.abc import Sequence
 
-import numpy as np
-
-from impactjax._fit.compare import Fitted, behind, misfit
+from impactjax._fit.compare import Fitted
+from impactjax._fit.digits import apart
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.laws import NO_LAW
+from impactjax._fit.ranking import (
+    CLEAR,
+    differences,
+    independent_observations,
+    parameters_found,
+)
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
-from impactjax._identify.residuals import Residuality, residuality
+from impactjax._identify.residuals import residuality
 from impactjax._identify.words import coupling, findings
-from impactjax._measure.recording import ImpactTimes
-from impactjax._report.outcome import outcome, was_simulated
+from impactjax._report.given import given_sentences
+from impactjax._report.outcome import outcome_of
+from impactjax._report.residual_words import independence
+from impactjax._report.rows import name_of
 from impactjax._report.units import shown_unit
 
-_CLEAR = 10.0  # a difference of AIC that leaves no doubt
 _FLOOR = 1.2  # times the error of quantisation: no other error is to be seen
-_LARGE = 1.5  # times the usual residual: the law misses something there
+_LARGE = 1.5  # times the noise that is known: there is more than that
 
 
 def sentences(fits: Sequence[Fitted]) -> list[str]:
     """The findings for one recording, whose fits come best first."""
     best = fits[0]
     unit, factor = shown_unit(best.estimate.problem.recording)
-    found = [*_friction(fits, unit, factor)]
-    if len(fits) > 1 and best.law != NO_LAW and bool(best.estimate.converged):
-        found.append(_ranking(fits))
+    found = [*_friction(fits, unit, factor), *_ranking(fits)]
     for fitted in fits:
         if not bool(fitted.estimate.converged):
             found.append(
-                f"The fit of {_name(fitted)} has no result: {outcome(fitted.estimate)}. Its row is "
+                f"The fit of {_name(fitted)} has no result: {outcome_of(fitted)}. Its row is "
                 "not to be used."
             )
     if not bool(best.estimate.converged):
         return found
-    if (share := misfit(best.estimate)) > 0:
+    if (share := float(best.estimate.misfit)) > 0:
         return [*found, _does_not_fit(best.estimate, share)]
+    found += given_sentences(best)
     found += _open_sides(best)
     told = identifiability(best.estimate)
     if not all(each.determined for each in findings(told)):
@@ -45,7 +51,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     found += _beyond_the_noise(best.estimate)
     residuals = residuality(best.estimate)
     if not bool(residuals.independent):
-        found.append(_independence(best.estimate, residuals))
+        found.append(independence(best.estimate, residuals))
     return found
 
 
@@ -69,32 +75,72 @@ def _name(fitted: Fitted) -> str:
 
 
 def _friction(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
-    dry = [fitted for fitted in fits if fitted.law == NO_LAW and fitted.dry_friction]
-    viscous = [fitted for fitted in fits if fitted.law == NO_LAW and not fitted.dry_friction]
-    if not (dry and viscous):
+    """Whether free flight needs dry friction, if it was fitted with and without and is best."""
+    free = {fitted.dry_friction: i for i, fitted in enumerate(fits) if fitted.law == NO_LAW}
+    if len(free) < 2 or fits[0].law != NO_LAW or _describes_nothing(fits):
         return []
-    gain = float(viscous[0].estimate.aic - dry[0].estimate.aic)
-    before, after = (float(each[0].estimate.rms) * factor for each in (viscous, dry))
-    if gain > _CLEAR:
+    viscous, dry = (fits[free[with_dry]].estimate for with_dry in (False, True))
+    if not (bool(viscous.converged) and bool(dry.converged)):
+        return []
+    behind = differences([fitted.estimate for fitted in fits])
+    gain = behind[free[False]] - behind[free[True]]
+    if math.isnan(gain):
+        return [_too_few([viscous, dry], "tell whether there is dry friction")]
+    if gain >= CLEAR:
+        before, after = apart(float(viscous.rms) * factor, float(dry.rms) * factor)
         return [
             "Viscous friction alone does not describe the record: dry friction lowers the residual "
-            f"from {before:.3g} to {after:.3g} {unit} rms (AIC better by {gain:.0f})."
+            f"from {before} to {after} {unit} rms (AIC better by {math.floor(gain)})."
         ]
     return ["Viscous friction describes the record; it gives no reason to assume dry friction."]
 
 
-def _ranking(fits: Sequence[Fitted]) -> str:
-    best = fits[0]
-    near = [
+def _ranking(fits: Sequence[Fitted]) -> list[str]:
+    """Which law describes the record best, if that can be told, and if any law does."""
+    behind_of = differences([fitted.estimate for fitted in fits])
+    firsts = {fits[i].law: i for i in reversed(range(len(fits)))}
+    tried = [fits[i] for i in sorted(firsts.values())]
+    behind = [behind_of[i] for i in sorted(firsts.values())]
+    if len(tried) == 1 or _describes_nothing(fits):
+        return []
+    best, *others = zip(map(name_of, tried), behind, strict=True)
+    if math.isnan(best[1]):
+        return [_too_few([fitted.estimate for fitted in tried], "rank the laws")]
+    ranked = [(name, by) for name, by in others if not math.isnan(by)]
+    near = [name for name, by in ranked if by < CLEAR]
+    found = []
+    if near:
+        names = ", ".join(near)
+        found.append(
+            f"{best[0]} describes the record best, but it cannot be told apart from {names}."
+        )
+    elif ranked:
+        found.append(f"Among the laws tried, {best[0]} describes the record clearly best.")
+    beyond = [
         fitted
-        for fitted in fits[1:]
-        if bool(fitted.estimate.converged)
-        and float(behind(best.estimate, fitted.estimate)) < _CLEAR
+        for fitted, by in zip(tried, behind, strict=True)
+        if math.isnan(by) and bool(fitted.estimate.converged)
     ]
-    if not near:
-        return f"Among the laws tried, {best.law} describes the record clearly best."
-    names = ", ".join(fitted.law for fitted in near)
-    return f"{best.law} describes the record best, but it cannot be told apart from {names}."
+    if beyond:
+        estimates = [fitted.estimate for fitted in (tried[0], *beyond)]
+        found.append(_too_few(estimates, f"rank {', '.join(map(name_of, beyond))}"))
+    return found
+
+
+def _describes_nothing(fits: Sequence[Fitted]) -> bool:
+    """Whether the best fit has no result, or plainly misses the record."""
+    return not bool(fits[0].estimate.usable)
+
+
+def _too_few(estimates: Sequence[Estimate], purpose: str) -> str:
+    """What there is to say where Akaike's criterion does not exist."""
+    converged = [each for each in estimates if bool(each.converged)]
+    n = independent_observations(min(converged, key=lambda each: float(each.aic)))
+    most = max(parameters_found(each) for each in converged)
+    return (
+        f"The record is too short to {purpose}: it counts as {math.floor(n)} independent "
+        f"observations, and {most} numbers, any unknown size of noise included, are found from it."
+    )
 
 
 def _open_sides(best: Fitted) -> list[str]:
@@ -107,6 +153,11 @@ def _open_sides(best: Fitted) -> list[str]:
         verdict = estimate.verdict(name)
         if verdict is Verdict.NOT_IDENTIFIED:
             found.append(f"The record does not tell {name}.")
+        elif verdict is Verdict.UNDECIDED:
+            found.append(
+                f"How far the record bounds {name} is not known: the search for the end of its "
+                "interval could not go on. Its standard error is all there is."
+            )
         elif verdict is Verdict.ONE_SIDED and high < allowed.high:
             found.append(f"The record only tells that {name} is at most {high:.3g}{unit}.")
         elif verdict is Verdict.ONE_SIDED:
@@ -117,11 +168,12 @@ def _open_sides(best: Fitted) -> list[str]:
 def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:
     """What there is to say if the steps of the recorded values are all that is left."""
     floor = float(estimate.problem.system.sensor.floor()) ** 0.5
-    if not 0 < float(estimate.rms) < _FLOOR * floor:
+    rms = float(estimate.rms)
+    if not floor / _FLOOR < rms < _FLOOR * floor:
         return []
     return [
-        f"The residual is what quantisation alone leaves ({floor * factor:.3g} {unit}): a better "
-        "law could not be told, a finer instrument might."
+        f"The residual, {rms * factor:.3g} {unit} rms, is about what quantisation alone leaves "
+        f"({floor * factor:.3g} {unit}): a better law could not be told, a finer instrument might."
     ]
 
 
@@ -134,55 +186,4 @@ def _beyond_the_noise(estimate: Estimate) -> list[str]:
     return [
         f"The residual is {times:.3g} times the noise that the sensor is said to have: `sigma` or "
         "the law is wrong, and errors and intervals with it."
-    ]
-
-
-def residual_sentences(estimate: Estimate) -> list[str]:
-    """Whether the residuals are what a good law leaves: independent, of one size, normal."""
-    if not was_simulated(estimate):
-        return ["Nothing could be simulated, so there are no residuals."]
-    found = residuality(estimate)
-    said = [_independence(estimate, found), *_after_impacts(estimate, found)]
-    if float(found.abnormal) < 1e-3:
-        kurtosis = float(found.excess_kurtosis)
-        tails = "longer" if kurtosis > 0 else "shorter"
-        said.append(
-            f"Their distribution is not normal: skewness {float(found.skewness):.2f}, tails "
-            f"{tails} than those of a normal one (excess kurtosis {kurtosis:.2f})."
-        )
-    else:
-        said.append("Their distribution is like a normal one.")
-    return said
-
-
-def _independence(estimate: Estimate, found: Residuality) -> str:
-    first = float(found.autocorrelation[0]) if found.autocorrelation.size else 0.0
-    numbers = (
-        f"autocorrelation {first:.2f} at lag 1 (95 % band ± {float(found.band):.2f}), "
-        f"{int(found.runs)} runs of one sign where {float(found.runs_expected):.0f} are expected"
-    )
-    if bool(found.independent):
-        return f"The residuals look independent: {numbers}."
-    said = (
-        f"The residuals do not look independent: {numbers}. Their noise is filtered or the law is "
-        "not right"
-    )
-    if int(estimate.memory) == 0:
-        return f"{said}; errors that take them as independent are too small."
-    inflation = np.asarray(estimate.inflation)
-    largest = float(np.max(inflation[np.isfinite(inflation)], initial=1.0))
-    return f"{said}; the errors allow for it, by factors up to {largest:.1f}."
-
-
-def _after_impacts(estimate: Estimate, found: Residuality) -> list[str]:
-    if isinstance(estimate.problem.recording, ImpactTimes):
-        return []
-    after = np.asarray(found.after_impacts)
-    large = [str(i + 1) for i in np.flatnonzero(after > _LARGE)]
-    if not large:
-        return []
-    which = f"impact {large[0]}" if len(large) == 1 else f"impacts {', '.join(large)}"
-    return [
-        f"Just after {which} they are up to {after.max():.1f} times as large as on the whole: the "
-        "law misses something of the contact."
     ]

@@ -13,6 +13,7 @@ from impactjax._simulate.chatter import Tail, harmless, tail, tail_state
 from impactjax._simulate.compliant_stop import PullFree, Surface
 from impactjax._simulate.flow import driven_acceleration, flow, has_resistance, is_held, walls
 from impactjax._simulate.rigid_stop import RigidStop
+from impactjax._simulate.settling import Settling
 from impactjax._simulate.sliding import Sliding
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.transition import AbstractTransition, Context, Jump
@@ -82,6 +83,10 @@ class Automaton(eqx.Module):
         numbered = enumerate(self.transitions)
         return [(index, each) for index, each in numbered if isinstance(each, RigidStop)]
 
+    def settling(self) -> list[int]:
+        """The number of the transition by which the mass settles in a stop, if there is one."""
+        return [i for i, each in enumerate(self.transitions) if isinstance(each, Settling)]
+
     def just_after(self, event: Code, mode: Mode, guards: list[Head]) -> list[Head]:
         """Guards after an event, with their slopes and bends, without the rounding that would
         repeat it.
@@ -114,6 +119,8 @@ def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:
                 found.append(PullFree(wall, law))
         else:
             found.append(RigidStop(wall, law))
+    if any(isinstance(wall.stop.law, AbstractForceLaw) for wall in walls(model)):
+        found.append(Settling())
     if has_resistance(model):
         found.append(Sliding())
     return tuple(found)

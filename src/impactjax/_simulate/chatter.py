@@ -16,7 +16,8 @@ import jax.numpy as jnp
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._simulate.flow import Wall, free_acceleration, holding_resistance
+from impactjax._simulate.flow import Wall, free_acceleration, holding_resistance, walls
+from impactjax._simulate.interval import Interval, bounds
 from impactjax._simulate.state import State
 from impactjax._types import Flag, Scalar
 
@@ -28,7 +29,9 @@ class Chatter(eqx.Module):
 
     - `below`: only impacts slower than this fraction of the fastest one so far are summed, so that
       all others appear in the impact log. Whatever it is, the series is summed only where the sum
-      is as accurate as the tolerance.
+      is as accurate as the tolerance, by bounds of push, resistance and restitution over all of it
+      (interval arithmetic). Where equations of your own hold an operation that has no such bounds,
+      impacts go on one by one until numbers cannot resolve them.
     """
 
     below: float = eqx.field(default=1e-3, static=True)
@@ -53,6 +56,10 @@ class Tail(NamedTuple):
         """Time until rest."""
         return self.flight / (1 - self.ratio)
 
+    def height(self) -> Scalar:
+        """Of the first flight."""
+        return self.speed**2 / (2 * self.rising)
+
 
 def harmless(like: Scalar) -> Tail:
     """A series without zeros and infinities."""
@@ -74,49 +81,87 @@ def tail(model: ImpactOscillator, wall: Wall, law: AbstractImpactLaw, t: Scalar,
     return Tail(speed, safe_rising, falling, ratio, flight)
 
 
+class Scale(NamedTuple):
+    """The motion of a lane so far, with which errors of a sum are compared."""
+
+    fastest: Scalar  # approach speed, in units of the coordinate
+    longest: Scalar  # step of a flight [s]
+
+
 def is_summable(
     model: ImpactOscillator,
     wall: Wall,
     law: AbstractImpactLaw,
     t: Scalar,
     y: State,
-    fastest: Scalar,
+    scale: Scale,
     tolerance: Scalar,
     chatter: Chatter,
 ) -> Flag:
-    """Whether the series is short enough to sum: what varies during it does not show."""
+    """Whether a series may be summed: what varies during it does not show, and the mass reaches no
+    other stop; or it is too short, or too low, for numbers to resolve it.
+    """
     series = tail(model, wall, law, t, y)
-    falls_back = (
-        (series.falling > 0) & (series.ratio >= 0) & (series.ratio < 1) & (series.speed > 0)
+    ends = (series.falling > 0) & (series.ratio >= 0) & (series.ratio < 1) & (series.speed >= 0)
+    series = jax.tree.map(lambda a, b: jnp.where(ends, a, b), series, harmless(series.speed))
+    duration = series.duration()
+    error = _relative_change(model, wall, law, t, series) / (1 - series.ratio)
+    steady = (
+        (error <= 1 / 4)  # so that twice the series holds all of it
+        & (series.speed * error <= tolerance * scale.fastest / 2)
+        & (duration * error <= tolerance * scale.longest)
     )
-    duration = jnp.where(falls_back, series.duration(), 0.0)
-    at_rest = jnp.zeros_like(series.speed)
-    now = push(model, wall, t, at_rest)
-    changes = [
-        push(model, wall, t + duration, at_rest) - now,
-        push(model, wall, t, y.velocity) - now,
-        push(model, wall, t, -y.velocity) - now,
-    ]
-    resistance = model.oscillator.resistance(series.speed)
-    if resistance is not None:
-        changes.append(resistance - holding_resistance(model, now))
-    change = sum(jnp.abs(each) for each in changes) / jnp.where(falls_back, now, 1.0)
+    rounding = 4 * jnp.finfo(t.dtype).eps
+    unresolved = duration <= rounding * jnp.abs(t)
+    unresolved = unresolved | (series.height() <= rounding * jnp.abs(wall.place()))
+    slow = series.speed <= chatter.below * scale.fastest
+    return ends & slow & (steady | unresolved) & _reaches_nothing(model, wall, series)
+
+
+def _relative_change(
+    model: ImpactOscillator, wall: Wall, law: AbstractImpactLaw, t: Scalar, series: Tail
+) -> Scalar:
+    """By how much push, resistance and restitution can differ over twice the series' duration,
+    height and speeds, relative to what remains of the push; infinite where nothing need remain.
+    """
+
+    def pushing(t: Scalar, clearance: Scalar, velocity: Scalar) -> Scalar:
+        place = wall.place() + wall.sign * clearance
+        return -wall.sign * free_acceleration(model, t, State(place, velocity))
+
+    def resisting(speed: Scalar) -> Scalar:
+        resistance = model.oscillator.resistance(speed)
+        return jnp.zeros_like(speed) if resistance is None else resistance
+
+    zero, fast = jnp.zeros_like(t), 2 * series.speed
+    push = bounds(
+        pushing,
+        Interval(t, t + 2 * series.duration()),
+        Interval(zero, 2 * series.height()),
+        Interval(-fast, fast),
+    )
+    resistance = bounds(resisting, Interval(zero, fast))
     lever = model.oscillator.lever()
-    spread = law.restitution(at_rest) - law.restitution(lever * series.speed)
-    error = series.speed * (change + jnp.abs(spread))
-    return (
-        falls_back
-        & (series.speed <= chatter.below * fastest)
-        & (error <= tolerance * fastest * (1 - series.ratio) / 2)
-    )
+    restitution = bounds(law.restitution, Interval(zero, lever * fast))
+    remains = push.low - resistance.high
+    change = (push.width() + resistance.width()) / jnp.where(remains > 0, remains, 1.0)
+    return jnp.where(remains > 0, change, jnp.inf) + restitution.width()
+
+
+def _reaches_nothing(model: ImpactOscillator, wall: Wall, series: Tail) -> Flag:
+    """Whether a series stays clear of all other stops."""
+    others = [other for other in walls(model) if other.index != wall.index]
+    apart = [other.clearance(wall.place()) > 2 * series.height() for other in others]
+    return jnp.all(jnp.stack([jnp.ones((), bool), *apart]))
 
 
 def tail_state(series: Tail, wall: Wall, y: State, s: Scalar) -> State:
     """The state a time s after the start of the series."""
     ratio = jnp.maximum(series.ratio, jnp.finfo(s.dtype).tiny)
-    left = jnp.maximum(1 - s * (1 - ratio) / series.flight, jnp.finfo(s.dtype).tiny)
+    flight = jnp.where(series.flight > 0, series.flight, 1.0)  # none after an impact with r = 0
+    left = jnp.maximum(1 - s * (1 - ratio) / flight, jnp.finfo(s.dtype).tiny)
     bounces = jax.lax.stop_gradient(jnp.floor(jnp.log(left) / jnp.log(ratio)))
-    shrunk = jnp.where(bounces == 0, 1.0, ratio**bounces)
+    shrunk = jnp.where(bounces == 0, 1.0, ratio) ** bounces
     speed = series.speed * shrunk
     x = s - series.flight * (1 - shrunk) / (1 - ratio)
     fall = x - speed / series.rising

@@ -11,6 +11,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from impactjax._simulate.varying import alike
+
 CHUNK = 32  # the number of rows is a multiple of this
 FEW_STEPS = 64  # rows that are mapped at once
 _FEW_CHUNKS = 2  # written one after the other: outside a loop the compiler sees what is constant
@@ -24,8 +26,13 @@ def scan_rows(
     body: Callable[[Carry, Row], tuple[Carry, Out]], carry: Carry, rows: Row, used: Array
 ) -> tuple[Carry, Out]:
     """`lax.scan` over the first `used` rows; the rest of the output is zero."""
-    chunk_body = jax.jit(lambda carry, chunk: jax.lax.scan(body, carry, chunk))  # traced once
-    return _scan_chunks(chunk_body, carry, rows, used, CHUNK)
+    everything = carry, rows
+
+    @jax.jit  # so that it is traced once
+    def chunk_body(carry: Carry, chunk: Row) -> tuple[Carry, Out]:
+        return jax.lax.scan(lambda *each: alike(body(*each), everything), carry, chunk)
+
+    return _scan_chunks(chunk_body, alike(carry, everything), rows, used, CHUNK)
 
 
 def map_rows(function: Callable[[Row], Out], rows: Row, used: Array, size: int) -> Out:
@@ -33,7 +40,7 @@ def map_rows(function: Callable[[Row], Out], rows: Row, used: Array, size: int) 
 
     @jax.jit  # so that it is traced once
     def chunk_body(nothing: tuple[()], chunk: Row) -> tuple[tuple[()], Out]:
-        return nothing, jax.vmap(function)(chunk)
+        return nothing, alike(jax.vmap(function)(chunk), rows)
 
     return _scan_chunks(chunk_body, (), rows, used, size)[1]
 
@@ -57,7 +64,8 @@ def _scan_chunks(
 
     def skip(carry: Carry, chunk: Row) -> tuple[Carry, Out]:
         del chunk
-        return carry, jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), outputs)
+        nothing = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), outputs)
+        return carry, alike(nothing, rows)
 
     def if_used(carry: Carry, numbered: tuple[Array, Row]) -> tuple[Carry, Out]:
         number, chunk = numbered

@@ -18,7 +18,8 @@ from impactjax._results import RESULTS
 from impactjax._simulate.automaton import Automaton, with_internal
 from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.falling_zero import Bracket, falling_zero
-from impactjax._simulate.loop import Run, record_steps
+from impactjax._simulate.lane import Run
+from impactjax._simulate.loop import record_steps
 from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.replay import differentiable_path
 from impactjax._simulate.single_impact import LONGEST, time_scale
@@ -76,7 +77,7 @@ def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar
     end = LONGEST * time_scale(law, v, m)
     run = Run(model, y0, start, end, tolerance, jnp.ones((), bool))
     record = record_steps(step, Chatter(), _MAX_STEPS, jax.lax.stop_gradient(run))
-    path = differentiable_path(step, model, y0, start, record)
+    path = differentiable_path(step, model, y0, start, end, record)
 
     log = record.log
     touching = log.taken & (log.mode.phase == Phase.CONTACT)
@@ -86,7 +87,7 @@ def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar
 
     def evaluate(s: Scalar, parameters: tuple[ImpactOscillator, Mode, PyTree]) -> State:
         model, mode, expansion = parameters
-        return step.evaluate(Automaton(model), mode, expansion, s)
+        return step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
 
     bracket = Bracket(jnp.zeros_like(h), -y.velocity, h, -end.velocity)
     contact = model, mode, expansion

@@ -7,11 +7,10 @@ import jax.numpy as jnp
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractForceLaw
-from impactjax._model.separation import AtZeroForce
 from impactjax._simulate.flow import Wall, contact_force
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.transition import AbstractTransition, Context, Jump
-from impactjax._types import Scalar
+from impactjax._types import Flag, Scalar
 
 
 class Surface(AbstractTransition):
@@ -24,10 +23,7 @@ class Surface(AbstractTransition):
     def guard(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
         del model, t
         clearance = self.wall.clearance(y.position)
-        leaves_at_surface = (
-            Phase.DETACHED if isinstance(self.law.separation, AtZeroForce) else Phase.CONTACT
-        )
-        inside = mode.at(leaves_at_surface, self.wall.index)
+        inside = mode.at(Phase.CONTACT, self.wall.index) | mode.at(Phase.DETACHED, self.wall.index)
         inactive = jnp.where(inside, -clearance, jnp.ones_like(clearance))
         return jnp.where(mode.phase == Phase.FLIGHT, clearance, inactive)
 
@@ -47,7 +43,9 @@ class Surface(AbstractTransition):
             jnp.where(touches, index, 0).astype(jnp.int32),
             mode.friction,
         )
-        return Jump(State(place, y.velocity, internal), after, jnp.ones((), bool))
+        asked = [touches & jnp.isnan(leaf) for leaf in jax.tree.leaves(fresh)]
+        in_range = ~jnp.any(jnp.stack([jnp.zeros((), bool), *asked]))
+        return Jump(State(place, y.velocity, internal), after, in_range)
 
 
 class PullFree(AbstractTransition):
@@ -69,7 +67,18 @@ class PullFree(AbstractTransition):
     def jump(
         self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode, context: Context
     ) -> Jump:
-        del model, t, context
+        del model, context
         pressed = mode.phase == Phase.CONTACT
-        phase = jnp.where(pressed, Phase.DETACHED, Phase.CONTACT).astype(jnp.int32)
-        return Jump(y, mode._replace(phase=phase), jnp.ones((), bool))
+        phase = jnp.where(pressed, Phase.DETACHED, Phase.CONTACT)
+        phase = jnp.where(self.leaves(t, y), Phase.FLIGHT, phase).astype(jnp.int32)
+        stop = jnp.where(phase == Phase.FLIGHT, 0, self.wall.index).astype(jnp.int32)
+        return Jump(y, Mode(phase, stop, mode.friction), jnp.ones((), bool))
+
+    def leaves(self, t: Scalar, y: State) -> Flag:
+        """Whether the mass passes the surface outwards at the very moment.
+
+        A force that vanishes with the penetration is zero there too.
+        """
+        outwards = self.wall.sign * y.velocity
+        passing = outwards * 4 * jnp.finfo(t.dtype).eps * jnp.abs(t)
+        return (outwards > 0) & (-self.wall.clearance(y.position) <= passing)

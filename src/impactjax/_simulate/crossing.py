@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import lax
-from jaxtyping import Array
 
+from impactjax._simulate.polynomial import horner_with_slope
 from impactjax._types import Code, Flag, Scalar
 
 _NEWTON_STEPS = 7
@@ -102,31 +101,18 @@ def shortened(h: Scalar, fraction: Scalar, t: Scalar) -> Scalar:
 def _root(coefficients: Sequence[Scalar], guess: Scalar) -> tuple[Scalar, Flag]:
     """The only root in (0, 1] of a polynomial that is positive before it: Newton in a bracket."""
     low, high = jnp.zeros_like(guess), jnp.ones_like(guess)
-    root, correction = guess, jnp.ones_like(guess)
+    root = guess
+    value = correction = jnp.ones_like(guess)
+    taken = jnp.zeros((), bool)
     for _ in range(_NEWTON_STEPS):
         value, slope = horner_with_slope(coefficients, root)
         low = jnp.where(value > 0, root, low)
         high = jnp.where(value > 0, high, root)
         correction = value / jnp.where(slope == 0, jnp.ones_like(slope), slope)
         newton = root - correction
-        inside = (newton >= low) & (newton <= high)
-        root = jnp.where(value == 0, root, jnp.where(inside, newton, (low + high) / 2))
+        # At the root rounding decides on which side it lies; to halve would throw it away.
+        close = jnp.abs(correction) <= 4 * np.finfo(guess.dtype).eps * root
+        taken = close | ((newton >= low) & (newton <= high))
+        root = jnp.where(value == 0, root, jnp.where(taken, newton, (low + high) / 2))
     enough = math.sqrt(np.finfo(guess.dtype).eps)
-    return root, jnp.abs(correction) <= enough * root
-
-
-def horner(coefficients: Sequence[Array], w: Scalar) -> Array:
-    """Σ aₖ wᵏ."""
-    value = coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        value = value * w + coefficient
-    return value
-
-
-def horner_with_slope(coefficients: Sequence[Scalar], w: Scalar) -> tuple[Scalar, Scalar]:
-    """Σ aₖ wᵏ and its derivative."""
-    value, slope = coefficients[-1], jnp.zeros_like(w)
-    for coefficient in coefficients[-2::-1]:
-        slope = lax.add(lax.mul(slope, w), value)
-        value = lax.add(lax.mul(value, w), coefficient)
-    return value, slope
+    return root, (value == 0) | (taken & (jnp.abs(correction) <= enough * root))

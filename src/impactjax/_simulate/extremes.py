@@ -1,8 +1,9 @@
 """Where a motion turns within a step, and where a contact force peaks.
 
 Both are zeros of a rate that falls through zero inside a known step: that of the penetration, and
-that of the force. One such step is chosen an impact, and one a stop before which the mass turned in
-flight, and the zero is found in it.
+that of the force. In flight the penetration of every stop is followed; in contact penetration and
+force of the stop that is touched. Each step is looked at in several places, so that two turns
+within one do not hide each other, and its ends count too: a step may end just where the mass turns.
 """
 
 import functools
@@ -13,61 +14,51 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.law import AbstractForceLaw
-from impactjax._simulate.automaton import Automaton
+from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chunks import CHUNK, map_rows
 from impactjax._simulate.falling_zero import Bracket, falling_zero
-from impactjax._simulate.flow import Wall, contact_force, walls
-from impactjax._simulate.loop import Record
+from impactjax._simulate.flow import walls
+from impactjax._simulate.lane import Record
+from impactjax._simulate.levels import heights, is_compliant, levels_of
 from impactjax._simulate.replay import Path
-from impactjax._simulate.state import Mode, Phase, State
+from impactjax._simulate.sliding import Sliding
+from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep
-from impactjax._types import Flag, Scalar
+from impactjax._simulate.tracks import Nodes, Tracks, nodes_of, tracks_of
+from impactjax._types import Scalar
 
 _PENETRATION, _FORCE = 0, 1
 
 Slots = Int[Array, " steps"]
 PerImpact = Float[Array, " impacts"]
 PerStep = Float[Array, " steps"]
-Levels = Float[Array, "2 stops"]  # penetration [m] and force [N]
 
 
 class Extremes(NamedTuple):
     """Of each impact the deepest penetration [m] and the peak force [N], zero at a rigid stop; and
-    how close the mass came to a stop at the closest turn before it [m], infinite without one.
+    how close to a stop the mass turned before it, and the run ended on the way to it [m], infinite
+    without.
     """
 
     penetration: PerImpact
     force: PerImpact
-    nearest_miss: Scalar
+    closest_turn: Scalar
+    end: Scalar
 
 
-class _Ends(NamedTuple):
-    """Levels and their rates at the ends of the steps."""
+class _Turns(NamedTuple):
+    """The highest turn of each track within each step, and whether there is one."""
 
-    start: Float[Array, "steps 2 stops"]
-    rate: Float[Array, "steps 2 stops"]
-    end: Float[Array, "steps 2 stops"]
-    end_rate: Float[Array, "steps 2 stops"]
+    exists: Bool[Array, "steps tracks"]
+    level: Float[Array, "steps tracks"]
 
 
-class _Sought(NamedTuple):
-    """Of each slot the step in which a level turns the highest, and whether there is one."""
+class _Part(NamedTuple):
+    """A part of a step, and the level that turns in it."""
 
-    row: Int[Array, " slots"]
-    exists: Bool[Array, " slots"]
-    which: Bool[Array, "slots 2 stops"]  # level
-
-
-class _Place(NamedTuple):
-    """A step, and which level turns in it, if any does."""
-
-    t: Scalar
-    y: State
-    mode: Mode
-    expansion: PyTree
-    exists: Flag
-    which: Bool[Array, "2 stops"]
+    row: Int[Array, ""]
+    level: Int[Array, ""]
+    bracket: Bracket
 
 
 def extremes(
@@ -81,62 +72,99 @@ def extremes(
     """The extremes of a run of `count` impacts, where `slots` tells to which one a step belongs."""
     nothing, far = jnp.zeros(count, path.t.dtype), jnp.full_like(path.t[0], jnp.inf)
     if not walls(model):
-        return Extremes(nothing, nothing, far)
-    log, stops = record.log, len(walls(model))
-    levels = jax.vmap(functools.partial(_levels, model))
-    ends = _Ends(
-        *levels(path.t, path.y, log.mode),
-        *levels(path.t + path.h, path.end, log.mode),
+        return Extremes(nothing, nothing, far, far)
+    log = record.log
+    tracks = tracks_of(model, record)
+    nodes = nodes_of(step, model, path, record, tracks)
+    rates, turns = nodes.rate, _turns(step, model, path, record, tracks, nodes)
+    start, end = _at_ends(model, path, record, tracks)
+
+    flying = tracks.followed & (log.mode.phase == Phase.FLIGHT)[:, None]
+    stands = (rates[..., -2] > 0) & _stands(model, record)[:, None]
+    turned = jnp.minimum(
+        jnp.min(jnp.where(flying & turns.exists, -turns.level, far)),
+        jnp.min(jnp.where(flying & stands, -end, far)),
     )
-    flying = log.taken & (log.mode.phase == Phase.FLIGHT)
-    sought = [
-        _highest_turns(
-            ends, flying, _PENETRATION, jnp.full_like(slots, stop), jnp.zeros_like(slots), 1
+    final = (log.event == NO_EVENT) & (log.h >= record.end.t - log.t)
+    approaches = (rates[..., -1] > 0) & final[:, None]
+    ended = jnp.min(jnp.where(flying & approaches, -end, far))
+    if not is_compliant(model):
+        return Extremes(nothing, nothing, turned, ended)
+    touching = log.taken & (log.mode.phase == Phase.CONTACT) & (slots >= 0)
+    highest = [
+        _highest(
+            [
+                (touching, start[:, quantity]),
+                (touching, end[:, quantity]),
+                (touching & turns.exists[:, quantity], turns.level[:, quantity]),
+            ],
+            slots,
+            count,
         )
-        for stop in range(stops)
+        for quantity in (_PENETRATION, _FORCE)
     ]
-    compliant = any(isinstance(wall.stop.law, AbstractForceLaw) for wall in walls(model))
-    touching = log.taken & (log.mode.phase == Phase.CONTACT)
-    slots = jnp.where(touching & (slots >= 0), slots, count)
-    if compliant:
-        both = [
-            _highest_turns(ends, touching, quantity, log.mode.stop, slots, count)
-            for quantity in (_PENETRATION, _FORCE)
-        ]
-        # In turn, so that the rows in use come first.
-        sought.append(jax.tree.map(lambda *x: jnp.stack(x, 1).reshape(-1, *x[0].shape[1:]), *both))
-    every = jax.tree.map(lambda *x: jnp.concatenate(x), *sought)
-    inside = _at_turns(step, model, path, record, ends, every)
-    missed = jnp.min(jnp.where(every.exists[:stops], -inside[:stops], jnp.inf))
-    if not compliant:
-        return Extremes(nothing, nothing, missed)
-    first, begins = _choose(touching, -path.t, slots, count)
-    own = log.mode.stop[first][:, None, None]
-    at_touch = jnp.take_along_axis(ends.start[first], own, axis=2)[..., 0]
-    at_touch = jnp.where(begins[:, None], at_touch, 0.0)
-    exists, inside = (x[stops:].reshape(count, 2) for x in (every.exists, inside))
-    highest = jnp.where(exists, jnp.maximum(inside, at_touch), at_touch)
-    return Extremes(highest[:, _PENETRATION], highest[:, _FORCE], missed)
+    return Extremes(highest[_PENETRATION], highest[_FORCE], turned, ended)
 
 
-def _highest_turns(
-    ends: _Ends,
-    among: Bool[Array, " steps"],
-    quantity: int,
-    stop: Slots,
-    slots: Slots,
-    count: int,
-) -> _Sought:
-    """Among some steps, those in which a quantity of a stop turns."""
+def _stands(model: ImpactOscillator, record: Record) -> Bool[Array, " steps"]:
+    """Whether a step ends because the mass comes to a stand."""
+    stands = jnp.zeros_like(record.log.taken)
+    for index, transition in enumerate(Automaton(model).transitions):
+        if isinstance(transition, Sliding):
+            stands = stands | (record.log.event == index)
+    return stands
 
-    def own(levels: Float[Array, "steps 2 stops"]) -> PerStep:
-        return jnp.take_along_axis(levels[:, quantity], stop[:, None], axis=1)[:, 0]
 
-    turns = among & (own(ends.rate) > 0) & (own(ends.end_rate) <= 0)
-    row, exists = _choose(turns, jnp.maximum(own(ends.start), own(ends.end)), slots, count)
-    stops = ends.start.shape[2]
-    number = jnp.arange(2 * stops, dtype=stop.dtype).reshape(2, stops)
-    return _Sought(row, exists, number == quantity * stops + stop[row][:, None, None])
+def _at_ends(
+    model: ImpactOscillator, path: Path, record: Record, tracks: Tracks
+) -> tuple[Float[Array, "steps tracks"], Float[Array, "steps tracks"]]:
+    """The levels at the ends of each step, with derivatives.
+
+    Where a stop is touched or left the force may have an infinite slope; nothing is highest there
+    that is not so at the start of a step.
+    """
+    log = record.log
+    open_ended = (log.event == NO_EVENT) | _stands(model, record)
+    harmless = jax.tree.map(lambda column: jnp.broadcast_to(column[0], column.shape), path.y)
+    starts = log.taken & (log.mode.phase == Phase.CONTACT)
+    start = jax.tree.map(lambda a, b: jnp.where(starts, a, b), path.y, harmless)
+    end = jax.tree.map(lambda a, b: jnp.where(open_ended & log.taken, a, b), path.end, start)
+    both = (jax.vmap(functools.partial(heights, model))(y) for y in (start, end))
+    start, end = (jnp.take_along_axis(levels, tracks.level, axis=1) for levels in both)
+    return start, end
+
+
+def _turns(
+    step: AbstractStep,
+    model: ImpactOscillator,
+    path: Path,
+    record: Record,
+    tracks: Tracks,
+    nodes: Nodes,
+) -> _Turns:
+    """The turns of all tracks; those that exist are sought first, all others cost nothing."""
+    share, heights, rates = nodes
+    # Where an event ends the step a force may be zero because the contact has ended.
+    ends = (record.log.event != NO_EVENT)[:, None] & (rates[..., -1] == 0)
+    falls = (rates[..., :-1] > 0) & (rates[..., 1:] <= 0) & tracks.followed[..., None]
+    falls = falls.at[..., -1].set(falls[..., -1] & ~ends)
+    height = jnp.where(falls, jnp.maximum(heights[..., :-1], heights[..., 1:]), -jnp.inf)
+    exists = jnp.any(falls, axis=-1)
+    part = jnp.where(exists, jnp.argmax(height, axis=-1), 0)[..., None]
+    (begin, low), (end, high) = (
+        [jnp.take_along_axis(x, part + side, axis=-1).reshape(-1) for x in (share, rates)]
+        for side in (0, 1)
+    )
+    shape, flat = exists.shape, exists.reshape(-1)
+    place = jnp.cumsum(flat, dtype=jnp.int32) - 1
+    number = jnp.arange(flat.shape[0], dtype=jnp.int32)
+    slot = jnp.zeros_like(number).at[jnp.where(flat, place, flat.shape[0])].set(number, mode="drop")
+    row = slot // shape[1]
+    h = jnp.where(flat[slot], jax.lax.stop_gradient(path.h)[row], 0.0)
+    bracket = Bracket(begin[slot] * h, low[slot], end[slot] * h, high[slot])
+    sought = _Part(row, tracks.level.reshape(-1)[slot], bracket)
+    found = _at_turns(step, model, path, record, sought, number <= place[-1])
+    return _Turns(exists, found[jnp.maximum(place, 0)].reshape(shape))
 
 
 def _at_turns(
@@ -144,65 +172,40 @@ def _at_turns(
     model: ImpactOscillator,
     path: Path,
     record: Record,
-    ends: _Ends,
-    sought: _Sought,
+    sought: _Part,
+    exists: Bool[Array, " slots"],
 ) -> Float[Array, " slots"]:
     """The levels where they turn."""
 
-    def level(s: Scalar, parameters: tuple[ImpactOscillator, _Place]) -> tuple[Scalar, Scalar]:
-        model, place = parameters
-        y = step.evaluate(Automaton(model), place.mode, place.expansion, s)
-        of_all = _levels(model, place.t + s, y, place.mode)
-        value, rate = (jnp.sum(x, where=place.which) for x in of_all)
-        return value, jnp.where(place.exists, rate, -s)  # harmless where nothing turns
+    def level(s: Scalar, parameters: PyTree) -> tuple[Scalar, Scalar]:
+        model, (t, mode, expansion), which, exists = parameters
+        y = step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
+        value, rate, _ = (x[which] for x in levels_of(model, t + s, y, mode))
+        return value, jnp.where(exists, rate, -s)  # harmless where nothing turns
 
-    def peak(found: tuple[_Place, Bracket]) -> Scalar:
-        place, bracket = found
-        turn = falling_zero(lambda s, parameters: level(s, parameters)[1], bracket, (model, place))
-        return level(turn, (model, place))[0]
+    def peak(slot: PyTree) -> Scalar:
+        place, which, bracket, exists = slot
+        parameters = model, place, which, exists
+        turn = falling_zero(lambda s, parameters: level(s, parameters)[1], bracket, parameters)
+        return level(turn, parameters)[0]
 
-    columns = path.t, path.y, record.log.mode, path.expansion, path.h
-    t, y, mode, expansion, h = jax.tree.map(lambda column: column[sought.row], columns)
-    at_start, at_end = (
-        jnp.sum(x[sought.row], axis=(1, 2), where=sought.which) for x in (ends.rate, ends.end_rate)
-    )
-    high = jnp.where(sought.exists, h, 0.0)
-    found = (
-        _Place(t, y, mode, expansion, sought.exists, sought.which),
-        Bracket(jnp.zeros_like(h), at_start, high, at_end),
-    )
-    slots, _, stops = sought.which.shape
-    return map_rows(peak, found, stops + 2 * record.passes, min(CHUNK, slots))
+    columns = path.t, record.log.mode, path.expansion
+    places = jax.tree.map(lambda column: column[sought.row], columns)
+    slots, used = exists.shape[0], record.passes * (exists.shape[0] // path.t.shape[0])
+    every = places, sought.level, sought.bracket, exists
+    return map_rows(peak, every, used, min(CHUNK, slots))
 
 
-@jax.jit  # so that it is traced once
-def _levels(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> tuple[Levels, Levels]:
-    """Penetration and force of all stops, and their rates along the flow."""
-
-    def levels(y: State) -> Levels:
-        lever = model.oscillator.lever()
-        penetrations = [-lever * wall.clearance(y.position) for wall in walls(model)]
-        forces = [_force(model, wall, y) for wall in walls(model)]
-        return jnp.stack([*penetrations, *forces]).reshape(2, -1)
-
-    return jax.jvp(levels, (y,), (Automaton(model).flow(t, y, mode),))
-
-
-def _choose(
-    among: Bool[Array, " steps"], score: PerStep, slots: Slots, count: int
-) -> tuple[Int[Array, " impacts"], Bool[Array, " impacts"]]:
-    """The step with the highest score of each slot, and whether there is one."""
-    score = jax.lax.stop_gradient(score)
-    slots = jnp.where(among, slots, count)
+def _highest(
+    candidates: list[tuple[Bool[Array, " steps"], PerStep]], slots: Slots, count: int
+) -> PerImpact:
+    """The highest of some candidates of each slot; zero without one."""
+    among = jnp.concatenate([among for among, _ in candidates])
+    value = jnp.concatenate([value for _, value in candidates])
+    slots = jnp.where(among, jnp.tile(slots, len(candidates)), count)
+    score = jax.lax.stop_gradient(value)
     best = jnp.full(count, -jnp.inf, score.dtype).at[slots].max(score, mode="drop")
     wins = among & (score == best.at[slots].get(mode="fill", fill_value=jnp.inf))
     numbers = jnp.arange(score.shape[0], dtype=jnp.int32)
     row = jnp.zeros(count, jnp.int32).at[jnp.where(wins, slots, count)].set(numbers, mode="drop")
-    return row, jnp.isfinite(best)
-
-
-def _force(model: ImpactOscillator, wall: Wall, y: State) -> Scalar:
-    law = wall.stop.law
-    if isinstance(law, AbstractForceLaw):
-        return contact_force(model, wall, law, y)
-    return jnp.zeros_like(y.position)
+    return jnp.where(jnp.isfinite(best), value[row], 0.0)

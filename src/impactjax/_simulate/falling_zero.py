@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import PyTree
 
 from impactjax._model.root import implicit
+from impactjax._simulate.varying import alike
 from impactjax._types import Code, Flag, Scalar
 
 _MOST = 100  # evaluations; about eight do for a smooth rate
@@ -58,10 +59,12 @@ def falling_zero(rate: Rate, bracket: Bracket, parameters: PyTree) -> Scalar:
         tried = _End(s, rate(s, still))
         same = (tried.rate > 0) == (newest.rate > 0)
         last, other = _either(same, newest, other), _either(same, other, newest)
-        return _Search(tried, other, last, evaluations + 1)
+        return alike(_Search(tried, other, last, evaluations + 1), everything)
 
+    everything = still, bracket
     start = _End(low, at_low), _End(high, at_high), _End(high, at_high)
-    end = jax.lax.while_loop(unfinished, narrowed, _Search(*start, jnp.int32(0)))
+    begin = alike(_Search(*start, jnp.int32(0)), everything)
+    end = jax.lax.while_loop(unfinished, narrowed, begin)
     return implicit(rate, _best(end).s, parameters)
 
 

@@ -79,8 +79,8 @@ def holding_resistance(model: ImpactOscillator, like: Scalar) -> Scalar:
 
 
 def is_held(model: ImpactOscillator, mode: Mode) -> Flag:
-    """Whether the mass does not move: it lies on a rigid stop, or dry friction holds it."""
-    held = mode.phase == Phase.REST
+    """Whether the mass does not move: it lies on or in a stop, or dry friction holds it."""
+    held = (mode.phase == Phase.REST) | (mode.phase == Phase.SETTLED)
     if has_resistance(model):
         held = held | (mode.friction == 0)
     return held

@@ -7,11 +7,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from impactjax._known import AnyArray, namespace
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.compliant_stop import PullFree, Surface
 from impactjax._simulate.extremes import extremes
-from impactjax._simulate.loop import Log, Record
+from impactjax._simulate.lane import Log, Record
+from impactjax._simulate.magnification import magnification
 from impactjax._simulate.replay import Path
 from impactjax._simulate.rigid_stop import RigidStop
 from impactjax._simulate.state import Phase
@@ -24,7 +26,8 @@ class ImpactLog(eqx.Module):
 
     - `time`: when the mass reaches the stop [s].
     - `stop`: 0 for the lower stop of a model, 1 for the upper one, if it has both.
-    - `approach_speed`, `separation_speed`: before and after, positive [m/s].
+    - `approach_speed`, `separation_speed`: before and after, positive [m/s]; the first is zero
+      where a contact resumes, inside the indentation, while the mass moves away.
     - `restitution`: their ratio [1].
     - `duration`: of the contact; zero at a rigid stop [s].
     - `deepest_penetration`, `peak_force`: during the contact; zero at a rigid stop [m], [N].
@@ -47,9 +50,10 @@ class ImpactLog(eqx.Module):
     complete: Bool[Array, "... impacts"]
 
     @property
-    def happened(self) -> Bool[Array, "... impacts"]:
+    def happened(self) -> Bool[AnyArray, "... impacts"]:
         """Which rows hold an impact."""
-        return jnp.arange(self.time.shape[-1], dtype=self.count.dtype) < self.count[..., None]
+        xp = namespace(self.count)
+        return xp.arange(self.time.shape[-1], dtype=self.count.dtype) < self.count[..., None]
 
 
 class _Ends(NamedTuple):
@@ -63,15 +67,18 @@ class _Ends(NamedTuple):
 
 
 class Impacts(NamedTuple):
-    """The impacts of a lane, how many there were, and how close it came to one more."""
+    """The impacts of a lane, how many there were, how close it came to one more, and by how much
+    they magnify errors.
+    """
 
     log: ImpactLog
     total: Int[Array, ""]
     nearest_miss: Scalar
+    magnification: Scalar
 
 
 def impacts_of(
-    step: AbstractStep, model: ImpactOscillator, path: Path, record: Record, max_impacts: int
+    step: AbstractStep, max_impacts: int, model: ImpactOscillator, path: Path, record: Record
 ) -> Impacts:
     """The log has room for `max_impacts`."""
     ends = jax.vmap(lambda path, log: _read(model, path, log))(path, record.log)
@@ -90,7 +97,7 @@ def impacts_of(
     approach = gather(lever * ends.approach_speed, opened)
     separation = gather(lever * ends.separation_speed, closed)
     moving = complete & (approach > 0)
-    penetration, force, nearest_miss = extremes(step, model, path, record, number, max_impacts)
+    deepest, peak, turn, end = extremes(step, model, path, record, number, max_impacts)
     log = ImpactLog(
         count=jnp.minimum(total, max_impacts),
         time=time,
@@ -99,12 +106,15 @@ def impacts_of(
         separation_speed=separation,
         restitution=jnp.where(moving, separation / jnp.where(moving, approach, 1), 0),
         duration=jnp.where(complete, gather(end_time, closed) - time, 0),
-        deepest_penetration=penetration,
-        peak_force=force,
+        deepest_penetration=deepest,
+        peak_force=peak,
         energy_lost=jnp.where(complete, mass * (approach**2 - separation**2) / 2, 0),
         complete=complete,
     )
-    return Impacts(log, total, nearest_miss)
+    magnified = magnification(
+        model, path, record, ends.begins, number, log.restitution, log.duration, turn
+    )
+    return Impacts(log, total, jnp.minimum(turn, end), magnified)
 
 
 def _read(model: ImpactOscillator, path: Path, log: Log) -> _Ends:
@@ -122,7 +132,8 @@ def _read(model: ImpactOscillator, path: Path, log: Log) -> _Ends:
         elif isinstance(each, Surface):
             own_begin, own_separate = here & flies, here & touches
         elif isinstance(each, PullFree):
-            own_begin, own_separate = here & detached, here & touches
+            resumes = ~each.leaves(path.t + path.h, path.end)
+            own_begin, own_separate = here & detached & resumes, here & touches
         else:
             continue
         inwards = -each.wall.sign * path.end.velocity
@@ -130,7 +141,7 @@ def _read(model: ImpactOscillator, path: Path, log: Log) -> _Ends:
         if isinstance(each, RigidStop):
             away = each.law.restitution(lever * jnp.maximum(inwards, 0)) * inwards
         stop = jnp.where(own_begin, each.wall.index, stop).astype(jnp.int32)
-        approach = jnp.where(own_begin, inwards, approach)
+        approach = jnp.where(own_begin, jnp.maximum(inwards, 0), approach)
         separation = jnp.where(own_separate, away, separation)
         begins, separates = begins | own_begin, separates | own_separate
     return _Ends(begins, separates, stop, approach, separation)

@@ -5,69 +5,28 @@ the log is written a row a pass. It is never differentiated: see `replay.py`.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple, TypeAlias, TypeVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, PyTree
+from jaxtyping import Array
 
-from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode
-from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.chatter import Chatter, Scale
 from impactjax._simulate.chunks import CHUNK
-from impactjax._simulate.flow import walls
-from impactjax._simulate.state import Mode, Phase, State
+from impactjax._simulate.diagnosis import admitted, concluded, diagnose, motion
+from impactjax._simulate.lane import Lane, Log, Record, Run
+from impactjax._simulate.settling import is_settled
+from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._simulate.transition import Context, Jump
-from impactjax._types import Flag, Scalar
+from impactjax._simulate.varying import alike
+from impactjax._types import Flag
 
 T = TypeVar("T")
 _Carry: TypeAlias = tuple["Lane", "Log", Array, Array]  # passes so far, and whether any chattered
-
-
-class Run(eqx.Module):
-    """What a lane is to do: go from the state `y0` at `t0` to `t1`."""
-
-    model: ImpactOscillator
-    y0: State
-    t0: Scalar
-    t1: Scalar
-    tolerance: Scalar
-    in_order: Flag  # whether the times asked for are
-
-
-class Log(NamedTuple):
-    """The steps of a lane, a row a pass."""
-
-    t: Array  # start
-    y: State  # at the start
-    mode: Mode  # during the step
-    h: Array  # duration; zero where the pass took no step
-    end: State  # at the end, before any jump
-    event: Array  # the transition at the end, or NO_EVENT
-    taken: Array  # whether the pass took a step
-
-
-class Lane(NamedTuple):
-    """What a lane carries from pass to pass."""
-
-    point: Point
-    memory: PyTree
-    fastest: Scalar  # approach speed so far, in units of the coordinate
-    result: RESULTS
-    done: Flag
-
-
-class Record(NamedTuple):
-    """All that the loop leaves behind."""
-
-    log: Log
-    end: Point
-    result: RESULTS
-    passes: Array  # of the whole batch: one plain number, whatever the number of lanes
-    chatters: Array  # whether any lane of the batch has a summed chatter; likewise
 
 
 def record_steps(step: AbstractStep, chatter: Chatter, max_steps: int, run: Run) -> Record:
@@ -99,6 +58,7 @@ def _of_lanes(change: Callable[[Array], Array], record: Record) -> Record:
 
 
 def _loop(step: AbstractStep, chatter: Chatter, max_steps: int, runs: Run) -> Record:
+    runs = alike(runs, runs)
     lanes = jax.vmap(lambda run: _begin(step, run))(runs)
     empty = jax.vmap(_row_without_step)(lanes.point)
 
@@ -113,12 +73,12 @@ def _loop(step: AbstractStep, chatter: Chatter, max_steps: int, runs: Run) -> Re
         lanes, log, passes, chatters = carry
         lanes, row, chatter_now = _pass(step, chatter, runs, lanes)
         log = jax.tree.map(lambda column, own: column.at[passes].set(own), log, row)
-        return lanes, log, passes + 1, chatters | chatter_now
+        return alike((lanes, log, passes + 1, chatters | chatter_now), runs)
 
     def one_chunk(carry: _Carry) -> _Carry:
         """A chunk of passes with a short log of its own, which stays in the cache."""
         lanes, log, passes, chatters = carry
-        begin = (lanes, rows(CHUNK), jnp.int32(0), chatters)
+        begin = alike((lanes, rows(CHUNK), jnp.int32(0), chatters), runs)
         lanes, chunk, more, chatters = jax.lax.while_loop(unfinished, one_pass, begin)
         log = jax.tree.map(
             lambda whole, part: jax.lax.dynamic_update_slice_in_dim(whole, part, passes, 0),
@@ -127,23 +87,32 @@ def _loop(step: AbstractStep, chatter: Chatter, max_steps: int, runs: Run) -> Re
         )
         return lanes, log, passes + more, chatters
 
-    start = (lanes, rows(max_steps), jnp.int32(0), jnp.zeros((), bool))
+    start = alike((lanes, rows(max_steps), jnp.int32(0), jnp.zeros((), bool)), runs)
     lanes, log, passes, chatters = jax.lax.while_loop(unfinished, one_chunk, start)
-    result = jax.vmap(
-        lambda lane: RESULTS.where(lane.done, lane.result, RESULTS.max_steps_reached)
-    )(lanes)
+    result = jax.vmap(concluded)(runs, lanes)
     log = jax.tree.map(lambda x: jnp.moveaxis(x, 0, 1), log)
-    return Record(log, lanes.point, result, passes, chatters)
+    return Record(log, lanes.point, result, jnp.maximum(passes, 1), chatters)
 
 
 def _pass(step: AbstractStep, chatter: Chatter, runs: Run, lanes: Lane) -> tuple[Lane, Log, Flag]:
     """One attempt of every lane; what only few lanes need is left out when none does."""
     outcomes = jax.vmap(lambda run, lane: _attempt(step, run, lane))(runs, lanes)
+    outcomes = alike(outcomes, runs)
     chatters = jnp.any(lanes.point.mode.phase == Phase.CHATTER)
     if Automaton(runs.model).rigid_stops():
         outcomes = jax.lax.cond(
             chatters,
-            jax.vmap(_unless_chattering),
+            lambda *each: alike(jax.vmap(_unless_chattering)(*each), runs),
+            lambda *unchanged: unchanged[2],
+            runs,
+            lanes,
+            outcomes,
+        )
+    if Automaton(runs.model).settling():
+        slow = jnp.abs(outcomes.y.velocity) <= runs.tolerance * lanes.speed  # or it has not settled
+        outcomes = jax.lax.cond(
+            jnp.any(slow & (lanes.point.mode.phase == Phase.CONTACT)),
+            lambda *each: alike(jax.vmap(_settled_or_not)(*each), runs),
             lambda *unchanged: unchanged[2],
             runs,
             lanes,
@@ -151,8 +120,8 @@ def _pass(step: AbstractStep, chatter: Chatter, runs: Run, lanes: Lane) -> tuple
         )
     arrivals = jax.lax.cond(
         jnp.any(outcomes.accepted & (outcomes.event != NO_EVENT)),
-        jax.vmap(lambda run, lane, outcome: _arrive(chatter, run, lane, outcome)),
-        jax.vmap(_stay),
+        lambda *each: alike(jax.vmap(partial(_arrive, chatter))(*each), runs),
+        lambda *each: alike(jax.vmap(_stay)(*each), runs),
         runs,
         lanes,
         outcomes,
@@ -162,18 +131,13 @@ def _pass(step: AbstractStep, chatter: Chatter, runs: Run, lanes: Lane) -> tuple
 
 
 def _begin(step: AbstractStep, run: Run) -> Lane:
-    start, inside = initial_mode(run.model, run.t0, run.y0)
-    span = run.t1 - run.t0
-    held = [jnp.ones((), bool), *(each.holds for each in run.model.requirements())]
-    floor = 10 * jnp.finfo(span.dtype).eps
-    result = RESULTS.where(inside, RESULTS.starts_inside_stop, RESULTS.successful)
-    result = RESULTS.where(run.tolerance >= floor, result, RESULTS.tolerance_too_small)
-    result = RESULTS.where(run.in_order, result, RESULTS.times_out_of_order)
-    result = RESULTS.where(_all_finite((run.y0, span)), result, RESULTS.non_finite)
-    result = RESULTS.where(jnp.all(jnp.stack(held)), result, RESULTS.impossible_parameters)
+    start, _ = initial_mode(run.model, run.t0, run.y0)
+    span, result = run.t1 - run.t0, admitted(run)
     point = Point(run.t0, run.y0, start, jnp.int32(NO_EVENT))
     done = (result != RESULTS.successful) | ~(span > 0)
-    return Lane(point, step.begin(span), jnp.zeros_like(span), result, done)
+    zero = jnp.zeros_like(span)
+    motion, speed = jnp.abs(run.y0.position), jnp.abs(run.y0.velocity)
+    return Lane(point, step.begin(span), Scale(zero, zero), motion, speed, result, done)
 
 
 def _attempt(step: AbstractStep, run: Run, lane: Lane) -> Outcome:
@@ -202,64 +166,67 @@ def _unless_chattering(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
     return _choose(chattering, closed, outcome)
 
 
+def _settled_or_not(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
+    """The outcome, with an end of the motion if the mass has settled in a compliant stop."""
+    t, _, mode, _ = lane.point
+    settles = outcome.accepted & (outcome.event == NO_EVENT)
+    settles = settles & is_settled(
+        run.model,
+        t + outcome.h,
+        outcome.y,
+        mode,
+        run.t1,
+        run.tolerance * lane.motion,
+        run.tolerance * lane.speed,
+    )
+    (number,) = Automaton(run.model).settling()
+    return outcome._replace(event=jnp.where(settles, jnp.int32(number), outcome.event))
+
+
 class _Arrival(NamedTuple):
     """Where a step leads to, jump included."""
 
     jump: Jump
-    fastest: Scalar
+    scale: Scale
 
 
 def _arrive(chatter: Chatter, run: Run, lane: Lane, outcome: Outcome) -> _Arrival:
     point = lane.point
     flies = point.mode.phase == Phase.FLIGHT
     speed = jnp.where(flies & (outcome.event != NO_EVENT), jnp.abs(outcome.y.velocity), 0)
-    fastest = jnp.maximum(lane.fastest, speed)
-    context = Context(fastest, run.tolerance, chatter)
+    longest = jnp.maximum(lane.scale.longest, jnp.where(flies, outcome.h, 0))
+    scale = Scale(jnp.maximum(lane.scale.fastest, speed), longest)
+    context = Context(scale, run.tolerance, chatter)
     jump = Automaton(run.model).jump(
         outcome.event, point.t + outcome.h, outcome.y, point.mode, context
     )
-    return _Arrival(jump, fastest)
+    return _Arrival(jump, scale)
 
 
 def _stay(run: Run, lane: Lane, outcome: Outcome) -> _Arrival:
     del run
-    return _Arrival(Jump(outcome.y, lane.point.mode, jnp.ones((), bool)), lane.fastest)
+    return _Arrival(Jump(outcome.y, lane.point.mode, jnp.ones((), bool)), lane.scale)
 
 
 def _proceed(run: Run, lane: Lane, outcome: Outcome, arrival: _Arrival) -> tuple[Lane, Log]:
-    point, (jump, fastest) = lane.point, arrival
+    point, (jump, scale) = lane.point, arrival
     last = outcome.accepted & (outcome.h >= run.t1 - point.t)
     t = jnp.where(last, run.t1, point.t + outcome.h)
-    result = _diagnose(run, point, outcome, jump.state, jump.in_range)
+    largest = jnp.maximum(lane.motion, motion(run, point, outcome))
+    result = diagnose(run, point, outcome, jump.state, jump.in_range, largest)
     failed = result != RESULTS.successful
     moved = outcome.accepted & ~failed & ~lane.done
     after = Lane(
         _choose(moved, Point(t, jump.state, jump.mode, outcome.event), point),
         _choose(lane.done, lane.memory, outcome.memory),
-        jnp.where(moved, fastest, lane.fastest),
+        _choose(moved, scale, lane.scale),
+        jnp.where(moved, largest, lane.motion),
+        jnp.where(moved, jnp.maximum(lane.speed, jnp.abs(outcome.y.velocity)), lane.speed),
         RESULTS.where(lane.done, lane.result, result),
         lane.done | failed | (moved & last),
     )
     row = Log(point.t, point.y, point.mode, outcome.h, outcome.y, outcome.event, moved)
     return after, _choose(moved, row, _row_without_step(point))
-
-
-def _diagnose(run: Run, point: Point, outcome: Outcome, after: State, in_range: Flag) -> RESULTS:
-    """Whether anything went wrong in a pass."""
-    result = RESULTS.successful
-    no_event = outcome.event == NO_EVENT
-    stuck = (point.t + outcome.h == point.t) & (point.t < run.t1)
-    stuck = stuck & jnp.where(outcome.accepted, no_event & (outcome.h > 0), True)
-    result = RESULTS.where(stuck, RESULTS.step_too_small, result)
-    motion = jnp.maximum(jnp.abs(after.position), jnp.abs(outcome.h * after.velocity))
-    for wall in walls(run.model):
-        through = wall.clearance(after.position) < -run.tolerance * motion
-        free = (point.mode.phase == Phase.FLIGHT) & no_event & outcome.accepted
-        result = RESULTS.where(through & free, RESULTS.stopped_through, result)
-    asked = outcome.accepted & ~no_event
-    result = RESULTS.where(asked & ~in_range, RESULTS.restitution_out_of_range, result)
-    finite = _all_finite((outcome.h, outcome.y, after))
-    return RESULTS.where(finite, result, RESULTS.non_finite)
 
 
 def _row_without_step(point: Point) -> Log:
@@ -269,7 +236,3 @@ def _row_without_step(point: Point) -> Log:
 
 def _choose(condition: Flag, yes: T, no: T) -> T:
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
-
-
-def _all_finite(tree: PyTree) -> Flag:
-    return jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in jax.tree.leaves(tree)]))

@@ -1,4 +1,4 @@
-"""The logged steps as a smooth function of model, initial state and start time.
+"""The logged steps as a smooth function of model, initial state, start and end.
 
 The loop is adaptive and cannot be differentiated. Its log can: each step is a smooth map of known
 duration, or of a duration that the event at its end fixes as an implicit function. Event times
@@ -19,12 +19,13 @@ from jaxtyping import Array, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.chatter import Chatter, Scale
 from impactjax._simulate.chunks import FEW_STEPS, map_rows, scan_rows
-from impactjax._simulate.loop import Log, Record
+from impactjax._simulate.lane import Log, Record
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.transition import Context
+from impactjax._simulate.varying import alike
 from impactjax._types import Code, Flag, Scalar
 
 _Carry: TypeAlias = tuple[Scalar, State]  # tangents of the next start: time and state
@@ -42,10 +43,10 @@ class Path(NamedTuple):
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
 def differentiable_path(
-    step: AbstractStep, model: ImpactOscillator, y0: State, t0: Scalar, record: Record
+    step: AbstractStep, model: ImpactOscillator, y0: State, t0: Scalar, t1: Scalar, record: Record
 ) -> Path:
-    """The logged steps of a lane, differentiable with respect to `model`, `y0` and `t0`."""
-    del y0, t0
+    """The logged steps of a lane, differentiable with respect to `model`, `y0`, `t0` and `t1`."""
+    del y0, t0, t1
     log = record.log
     expansions = map_rows(
         lambda row: step.expand(Automaton(model), row.t, row.y, row.mode, row.h),
@@ -58,8 +59,8 @@ def differentiable_path(
 
 @partial(differentiable_path.defjvp, symbolic_zeros=True)
 def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
-    model, y0, t0, record = primals
-    d_model, d_y0, d_t0, _ = tangents
+    model, y0, t0, t1, record = primals
+    d_model, d_y0, d_t0, d_t1, _ = tangents
     values = differentiable_path(step, *primals)
     varies = jax.tree.map(lambda tangent: not isinstance(tangent, SymbolicZero), d_model)
     varied, constants = eqx.partition(model, varies)
@@ -69,10 +70,12 @@ def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
         return Automaton(eqx.combine(varied, constants))
 
     def body(carry: _Carry, row: tuple[Path, Log]) -> tuple[_Carry, Path]:
-        return _push_forward(step, automaton, varied, d_varied, record.chatters, carry, *row)
+        return _push_forward(
+            step, automaton, varied, d_varied, d_end, record.end.t, record.chatters, carry, *row
+        )
 
-    start = jax.tree.map(_or_zeros, (d_t0, d_y0), (t0, y0))
-    _, d_values = scan_rows(body, start, (values, record.log), record.passes)
+    *start, d_end = jax.tree.map(_or_zeros, (d_t0, d_y0, d_t1), (t0, y0, t1))
+    _, d_values = scan_rows(body, tuple(start), (values, record.log), record.passes)
     return values, d_values
 
 
@@ -85,6 +88,8 @@ def _push_forward(
     automaton: Callable[[ImpactOscillator], Automaton],
     model: ImpactOscillator,
     d_model: ImpactOscillator,
+    d_t1: Scalar,
+    t1: Scalar,
     chatters: Flag,
     carry: _Carry,
     values: Path,
@@ -92,7 +97,8 @@ def _push_forward(
 ) -> tuple[_Carry, Path]:
     """Tangents of one step: of its start, its duration, its end, and of the next start.
 
-    `model` holds what varies, and `automaton` completes it with the constants.
+    `model` holds what varies, and `automaton` completes it with the constants. The last step lasts
+    until `t1`.
     """
     d_t, d_y = carry
     t, y, h, end, expansion = values
@@ -103,7 +109,7 @@ def _push_forward(
         return step.expand(automaton(model), t, y, mode, jax.lax.stop_gradient(h))
 
     def flowed(model: ImpactOscillator, expansion: PyTree, h: Scalar) -> State:
-        return step.evaluate(automaton(model), mode, expansion, h)
+        return step.evaluate(automaton(model), mode, expansion, h, jnp.zeros_like(h))
 
     def pushed(d_model: ImpactOscillator, d_expansion: PyTree, d_h: Scalar) -> State:
         return jax.jvp(flowed, (model, expansion, h), (d_model, d_expansion, d_h))[1]
@@ -130,7 +136,9 @@ def _push_forward(
     rate = pushed(still[0], still[3], jnp.ones_like(h))
     _, d_reserve = jax.jvp(reserve, place, (d_model, d_t, d_y, in_time, d_end))
     _, fall = jax.jvp(reserve, place, (*still[:3], jnp.ones_like(h), rate))
-    d_h = jnp.where(happens, -d_reserve / jnp.where(happens, fall, 1.0), 0.0)
+    d_h = jnp.where(h >= t1 - t, d_t1 - d_t, 0.0)
+    falls = happens & (fall != 0)  # at the end of a step that nothing fixes nothing falls
+    d_h = jnp.where(falls, -d_reserve / jnp.where(falls, fall, 1.0), d_h)
     # Not d_end + rate * d_h: the slope of a force may jump at the surface or be infinite there, and
     # what it multiplies is zero only in the sum.
     d_end = pushed(d_model, d_expansion, d_h)
@@ -146,7 +154,9 @@ def _push_forward(
 def _jump(automaton: Automaton, event: Code, t: Scalar, end: State, mode: Mode) -> State:
     """The state after an event whose next mode is known."""
     unused = jnp.zeros_like(t)
-    return automaton.jump(event, t, end, mode, Context(unused, unused, Chatter())).state
+    return automaton.jump(
+        event, t, end, mode, Context(Scale(unused, unused), unused, Chatter())
+    ).state
 
 
 def state_within(
@@ -164,7 +174,7 @@ def state_within(
 
     `chatters` tells whether any step of the batch may be a summed chatter.
     """
-    flowed = step.evaluate(automaton, mode, expansion, s)
+    flowed = step.evaluate(automaton, mode, expansion, s, delay)
     return _unless_chatter(automaton, chatters, t, y, mode, s - delay, flowed)
 
 
@@ -173,9 +183,10 @@ def _unless_chatter(
 ) -> State:
     if not automaton.rigid_stops():
         return flowed
+    place = automaton, t, y, mode, s, flowed
     return jax.lax.cond(
         chatters,
-        lambda flowed: automaton.with_chatter(t, y, mode, s, flowed),
-        lambda flowed: flowed,
+        lambda flowed: alike(automaton.with_chatter(t, y, mode, s, flowed), place),
+        lambda flowed: alike(flowed, place),
         flowed,
     )

@@ -1,11 +1,13 @@
 """When the mass lay at rest on a rigid stop."""
 
+from typing import NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from impactjax._simulate.loop import Log
+from impactjax._simulate.lane import Log
 from impactjax._simulate.replay import Path
 from impactjax._simulate.state import Phase
 
@@ -28,8 +30,15 @@ class RestLog(eqx.Module):
     released: Bool[Array, "... rests"]
 
 
-def rest_log(path: Path, log: Log, max_rests: int) -> RestLog:
-    """The rests of a lane, as far as there are rows."""
+class Rests(NamedTuple):
+    """The rests of a lane, and how many there were."""
+
+    log: RestLog
+    total: Int[Array, ""]
+
+
+def rests_of(path: Path, log: Log, max_rests: int) -> Rests:
+    """The log has room for `max_rests`."""
     rests = log.taken & (log.mode.phase == Phase.REST)
     before = _just_before(rests, log.taken)
     after = _just_before(rests[::-1], log.taken[::-1])[::-1]
@@ -41,13 +50,15 @@ def rest_log(path: Path, log: Log, max_rests: int) -> RestLog:
         return jnp.zeros(max_rests, values.dtype).at[rows].add(values, mode="drop")
 
     released = gather((log.event >= 0).astype(jnp.int32), closed)
-    return RestLog(
-        count=jnp.minimum(number[-1] + 1, max_rests),
+    total = number[-1] + 1
+    rests_log = RestLog(
+        count=jnp.minimum(total, max_rests),
         begin=gather(path.t, opened),
         end=gather(path.t + path.h, closed),
         stop=gather(log.mode.stop, opened),
         released=released > 0,
     )
+    return Rests(rests_log, total)
 
 
 def _just_before(rests: Steps, taken: Steps) -> Steps:

@@ -39,16 +39,16 @@ class RigidStop(AbstractTransition):
         velocity = jnp.where(flies, -r * y.velocity, jnp.zeros_like(r))
         place = jnp.broadcast_to(self.wall.place(), jnp.shape(velocity))
         after = State(place, velocity, y.internal)
-        in_range = ~flies | ((r >= 0) & (r <= 1))
+        in_range = ~flies | ~((r < 0) | (r > 1))
         return Jump(after, self._next_mode(model, t, after, mode, context), in_range)
 
     def _next_mode(
         self, model: ImpactOscillator, t: Scalar, after: State, before: Mode, context: Context
     ) -> Mode:
-        fastest, tolerance, chatter = context
+        scale, tolerance, chatter = context
         flies = before.phase == Phase.FLIGHT
         summable = flies & is_summable(
-            model, self.wall, self.law, t, after, fastest, tolerance, chatter
+            model, self.wall, self.law, t, after, scale, tolerance, chatter
         )
         stays = flies & (after.velocity == 0) & (self._holding(model, t, after) >= 0)
         rests = stays | (before.phase == Phase.CHATTER)

@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -18,10 +17,14 @@ from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._types import Code, Flag, Scalar
 
+if TYPE_CHECKING:
+    import diffrax
+
 _SAFETY = 0.9  # of the next step, to be accepted more often
 _SHRINK, _GROW = 0.2, 10.0  # how much one step may differ from the one before
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
+_SLOW = 1e-4  # of the largest speed: errors of a slower mass need not be smaller
 
 Value = TypeVar("Value", Scalar, list[Scalar])
 
@@ -31,12 +34,18 @@ class _Expansion(NamedTuple):
 
     t: Scalar
     y: State
-    delay: Scalar
 
 
 class _Memory(NamedTuple):
     h: Scalar  # [s], the duration to try; zero asks for a first guess
     target: Code  # the transition being landed on, or NO_EVENT
+    speed: Scalar  # the largest so far, in units of the coordinate
+
+
+def _dopri8() -> "diffrax.AbstractERK":
+    import diffrax  # half a second that laws with Taylor steps can do without
+
+    return diffrax.Dopri8()
 
 
 class RungeKutta(AbstractStep):
@@ -52,9 +61,11 @@ class RungeKutta(AbstractStep):
       `diffrax.Tsit5()` or `diffrax.Bosh3()`; only its Butcher tableau is used.
     """
 
-    solver: diffrax.AbstractERK = eqx.field(default=diffrax.Dopri8(), static=True)
+    solver: "diffrax.AbstractERK" = eqx.field(default_factory=_dopri8, static=True)
 
     def __check_init__(self) -> None:
+        import diffrax
+
         if not isinstance(self.solver, diffrax.AbstractERK):
             raise ValueError(
                 "Argument `solver` must be an explicit Runge-Kutta method with an embedded error "
@@ -62,7 +73,7 @@ class RungeKutta(AbstractStep):
             )
 
     def begin(self, span: Scalar) -> _Memory:
-        return _Memory(jnp.zeros_like(span), jnp.int32(NO_EVENT))
+        return _Memory(jnp.zeros_like(span), jnp.int32(NO_EVENT), jnp.zeros_like(span))
 
     def attempt(
         self,
@@ -75,7 +86,10 @@ class RungeKutta(AbstractStep):
         order = _order(self.solver)
         guess = jnp.minimum(_first_guess(automaton, start, tolerance, order), remaining)
         h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), remaining)
-        end, error = _stepped(self.solver, automaton, start.t, start.y, start.mode, h)
+        speed = jnp.maximum(memory.speed, jnp.abs(start.y.velocity))
+        end, error = _stepped(
+            self.solver, automaton, start.t, start.y, start.mode, h, _SLOW * speed
+        )
         ratio = error / (_LOCAL * tolerance)
         ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # far too long a step may overflow
         accurate = ratio <= 1
@@ -107,28 +121,34 @@ class RungeKutta(AbstractStep):
             taken,
             end,
             jnp.where(ends_on_event, event, NO_EVENT).astype(jnp.int32),
-            _Memory(following, target.astype(jnp.int32)),
+            _Memory(following, target.astype(jnp.int32), speed),
         )
 
     def expand(
         self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
     ) -> _Expansion:
         del automaton, mode, h
-        return _Expansion(t, y, jnp.zeros_like(t))
+        return _Expansion(t, y)
 
-    def delayed(self, expansion: _Expansion, delay: Scalar) -> _Expansion:
-        return expansion._replace(delay=expansion.delay + delay)
-
-    def evaluate(self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar) -> State:
-        t, y, delay = expansion
-        return _stepped(self.solver, automaton, t, y, mode, s - delay)[0]
+    def evaluate(
+        self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar, delay: Scalar
+    ) -> State:
+        t, y = expansion
+        return _stepped(self.solver, automaton, t, y, mode, s - delay, jnp.zeros_like(s))[0]
 
 
 @jax.jit(static_argnums=0)  # so that it is traced once, for attempts, samples and derivatives alike
 def _stepped(
-    solver: diffrax.AbstractERK, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
+    solver: "diffrax.AbstractERK",
+    automaton: Automaton,
+    t: Scalar,
+    y: State,
+    mode: Mode,
+    h: Scalar,
+    slowest: Scalar,
 ) -> tuple[State, Scalar]:
-    """The state after `h`, and its error relative to the motion of the step.
+    """The state after `h`, and its error relative to the motion of the step, whose speed counts as
+    `slowest` at least.
 
     The velocity that the mass would have if nothing held it is integrated along: it bounds the
     step at rest too.
@@ -142,24 +162,27 @@ def _stepped(
         drive = driven_acceleration(automaton.model, t, state, mode)
         return [*jax.tree.leaves(automaton.flow(t, state, mode)), drive]
 
-    tableau = solver.tableau
-    assert isinstance(tableau, diffrax.ButcherTableau)
+    tableau = cast("diffrax.ButcherTableau", solver.tableau)
     stages = [rates(t, leaves)]
     for c, row in zip(tableau.c, tableau.a_lower, strict=True):
         stages.append(rates(t + float(c) * h, _advanced(leaves, h, row, stages)))
     end = _advanced(leaves, h, tableau.b_sol, stages)
     still = [jnp.zeros_like(leaf) for leaf in leaves]
     errors = _advanced(still, h, tableau.b_error, stages)
+    least = [
+        *jax.tree.leaves(State(still[0], slowest, jax.tree.map(jnp.zeros_like, y.internal))),
+        slowest,
+    ]
     scales = [
-        jnp.maximum(jnp.maximum(jnp.abs(y0), jnp.abs(y1)), jnp.abs(h * dy))
-        for y0, y1, dy in zip(leaves, end, stages[0], strict=True)
+        jnp.maximum(jnp.maximum(jnp.abs(y0), jnp.abs(y1)), jnp.maximum(jnp.abs(h * dy), floor))
+        for y0, y1, dy, floor in zip(leaves, end, stages[0], least, strict=True)
     ]
     tiny = jnp.finfo(h.dtype).tiny
     relative = [jnp.abs(e) / (scale + tiny) for e, scale in zip(errors, scales, strict=True)]
     return jax.tree.unflatten(structure, end[:-1]), jnp.max(jnp.stack(relative))
 
 
-def _order(solver: diffrax.AbstractERK) -> int:
+def _order(solver: "diffrax.AbstractERK") -> int:
     order = solver.order(None)  # pyright: ignore[reportArgumentType]  no method looks at the terms
     assert order is not None
     return order

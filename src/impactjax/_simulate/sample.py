@@ -15,10 +15,11 @@ from jaxtyping import Array, Int
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.chunks import FEW_STEPS, map_rows
-from impactjax._simulate.loop import Log, Record
+from impactjax._simulate.lane import Log, Record
 from impactjax._simulate.replay import Path, state_within
 from impactjax._simulate.state import State
 from impactjax._simulate.step import AbstractStep
+from impactjax._simulate.varying import alike
 from impactjax._types import Samples, Scalar
 
 _BLOCK = 16  # samples
@@ -39,7 +40,13 @@ def sample(
     automaton = Automaton(model)
     log = record.log
     # Behind a condition, so that the compiler computes it once, not anew for each of its uses.
-    pairs = jax.lax.cond(record.passes > 0, _pairs, _no_pairs, log, ts)
+    pairs = jax.lax.cond(
+        record.passes > 0,
+        lambda *each: alike(_pairs(*each), each),
+        lambda *each: alike(_no_pairs(*each), each),
+        log,
+        ts,
+    )
     few = pairs.step.shape[0] < log.t.shape[0]  # so few that most steps hold no sample
     blocks = -(-ts.shape[0] // _BLOCK)
     times = jnp.pad(ts, (0, blocks * _BLOCK - ts.shape[0]), mode="edge").reshape(blocks, _BLOCK)
@@ -54,10 +61,9 @@ def sample(
             expansion = jax.tree.map(lambda column: column[row], path.expansion)
         begin = jax.lax.stop_gradient(t)
         delay = t - begin
-        delayed = step.delayed(expansion, delay)
 
         def at(s: Scalar) -> State:
-            return state_within(step, automaton, record.chatters, t, y, mode, delayed, s, delay)
+            return state_within(step, automaton, record.chatters, t, y, mode, expansion, s, delay)
 
         return jax.vmap(at)(times[block] - begin)
 

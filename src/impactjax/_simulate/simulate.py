@@ -1,5 +1,7 @@
 """The verb `simulate`: model → trajectory."""
 
+from collections.abc import Callable
+from functools import partial
 from typing import TypeVar
 
 import equinox as eqx
@@ -15,15 +17,18 @@ from impactjax._results import RESULTS
 from impactjax._simulate.automaton import with_internal
 from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.chunks import CHUNK
-from impactjax._simulate.impact_log import impacts_of
-from impactjax._simulate.loop import Run, record_steps
+from impactjax._simulate.diagnosis import admitted
+from impactjax._simulate.impact_log import Impacts, impacts_of
+from impactjax._simulate.lane import Run
+from impactjax._simulate.loop import record_steps
 from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.replay import differentiable_path
-from impactjax._simulate.rest_log import rest_log
+from impactjax._simulate.rest_log import rests_of
 from impactjax._simulate.sample import sample
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.trajectory import Stats, Trajectory
-from impactjax._types import Coordinate, CoordinateRate, Samples, Scalar
+from impactjax._simulate.varying import alike
+from impactjax._types import Coordinate, CoordinateRate, Flag, Samples, Scalar
 
 T = TypeVar("T")
 
@@ -74,7 +79,7 @@ def simulate(
       single precision. Its size decides the order of the step that is taken by itself, and so the
       program: another order is compiled anew.
     - `max_steps`: steps that a lane may take. Memory grows with it, computing time hardly does.
-    - `max_impacts`: rows of the impact log.
+    - `max_impacts`: rows of the impact log and of the rests.
     - `chatter`: when to sum an endless series of impacts in closed form.
 
     **Raises** `ValueError` for what can be seen before the run: times that are not a strictly
@@ -82,6 +87,26 @@ def simulate(
     one, a part of the model that is neither a number nor static, and `NotAnalytic` for a
     `TaylorStep` asked of equations that have no Taylor series. All else is in the trajectory's
     `result`.
+    """
+    return simulate_logged(
+        model, initial, ts, t0, step, tolerance, max_steps, max_impacts, chatter, None
+    )
+
+
+def simulate_logged(
+    model: ImpactOscillator,
+    initial: InitialState,
+    ts: ArrayLike,
+    t0: ArrayLike | None,
+    step: AbstractStep | None,
+    tolerance: ArrayLike | None,
+    max_steps: int,
+    max_impacts: int,
+    chatter: Chatter,
+    logged: Flag | None,
+) -> Trajectory:
+    """As `simulate`. What is told of impacts is computed if `logged` is true when the program runs,
+    and then without derivatives; else it is zero.
     """
     for name, limit in (("max_steps", max_steps), ("max_impacts", max_impacts)):
         if limit < 1:
@@ -108,6 +133,7 @@ def simulate(
         jnp.asarray(ts, dtype),
         jnp.asarray(t0, dtype),
         jnp.asarray(tolerance, dtype),
+        logged,
     )
 
 
@@ -122,27 +148,55 @@ def _simulate(
     ts: Samples,
     t0: Scalar,
     tolerance: Scalar,
+    logged: Flag | None,
 ) -> Trajectory:
     y0 = with_internal(model, initial.position, initial.velocity)
     in_order = jnp.all(jnp.diff(ts) > 0) & (t0 <= ts[0])
-    run = jax.lax.stop_gradient(Run(model, y0, t0, ts[-1], tolerance, in_order))
+    verdict = admitted(jax.lax.stop_gradient(Run(model, y0, t0, ts[-1], tolerance, in_order)))
+    runs = verdict == RESULTS.successful
+    # The derivatives of a lane that cannot run must be finite: zero times them has to be zero.
+    model, y0, start, times = jax.tree.map(
+        lambda leaf: jnp.where(runs, leaf, jnp.ones_like(leaf)), (model, y0, t0, ts)
+    )
+    run = jax.lax.stop_gradient(Run(model, y0, start, times[-1], tolerance, in_order))
     record = record_steps(step, chatter, max_steps, run)
-    path = differentiable_path(step, model, y0, t0, record)
-    position, velocity = sample(step, model, path, record, ts)
-    impacts, total, nearest_miss = impacts_of(step, model, path, record, max_impacts)
-    full = RESULTS.where(total > max_impacts, RESULTS.max_impacts_reached, RESULTS.successful)
-    fine = record.result == RESULTS.successful
-    known = (t0 <= ts) & (ts <= record.end.t)
+    path = differentiable_path(step, model, y0, start, times[-1], record)
+    position, velocity = sample(step, model, path, record, times)
+    tell = partial(impacts_of, step, max_impacts)
+    tell = tell if logged is None else _if_asked(logged, tell)
+    impacts, total, nearest_miss, magnified = tell(model, path, record)
+    rests, rests_total = rests_of(path, record.log, max_impacts)
+    overflows = jnp.maximum(total, rests_total) > max_impacts
+    full = RESULTS.where(overflows, RESULTS.max_impacts_reached, RESULTS.successful)
+    ended = RESULTS.where(record.result == RESULTS.successful, full, record.result)
+    known = runs & (t0 <= ts) & (ts <= record.end.t)
     return Trajectory(
         ts=ts,
         position=jnp.where(known, position, jnp.nan),
         velocity=jnp.where(known, velocity, jnp.nan),
         impacts=impacts,
-        rests=rest_log(path, record.log, max_impacts),
+        rests=rests,
         nearest_miss=nearest_miss,
-        result=RESULTS.where(fine, full, record.result),
+        magnification=magnified,
+        result=RESULTS.where(runs, ended, verdict),
         stats=Stats(jnp.sum(record.log.taken, dtype=jnp.int32)),
     )
+
+
+def _if_asked(logged: Flag, tell: Callable[..., Impacts]) -> Callable[..., Impacts]:
+    """What a function tells where it is asked for, and zeros elsewhere; without derivatives."""
+
+    def told(*where: PyTree) -> Impacts:
+        where = jax.lax.stop_gradient(where)
+        shapes = jax.eval_shape(tell, *where)
+
+        def nothing(*where: PyTree) -> Impacts:
+            zeros = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
+            return alike(zeros, where)
+
+        return jax.lax.cond(logged, lambda *each: alike(tell(*each), each), nothing, *where)
+
+    return told
 
 
 def _check_leaves(tree: PyTree) -> None:

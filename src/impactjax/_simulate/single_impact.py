@@ -13,7 +13,8 @@ from impactjax._model.stop import Stop
 from impactjax._results import RESULTS
 from impactjax._simulate.simulate import InitialState, simulate
 from impactjax._simulate.step import AbstractStep
-from impactjax._types import Mass, Scalar, Speed, Time
+from impactjax._simulate.trajectory import Trajectory
+from impactjax._types import Length, Mass, Scalar, Speed, Time
 
 LONGEST = 100.0  # contact, in time scales: the restitution of Kelvin-Voigt is 1e-43 then
 
@@ -32,7 +33,8 @@ def single_impact(
     Differentiable in the law, the speed and the mass. Where the law has a method `equivalents`,
     that one is faster and exact. A mass that does not separate within a hundred times the time in
     which the force would stop it counts as one that does not come back: its restitution is zero and
-    its contact lasts for ever. Where the integration fails, all is NaN.
+    its contact lasts for ever; its depth is where it creeps to. Where the integration fails, all is
+    NaN.
 
     **Arguments:**
 
@@ -47,7 +49,7 @@ def single_impact(
         run = simulate(
             ImpactOscillator(FreeMass(m), Stop(law)),
             InitialState(0.0, -v),
-            LONGEST * time_scale(law, v, m)[None],
+            LONGEST * time_scale(law, v, m) * jnp.array([0.75, 1.0], v.dtype),
             t0=0.0,
             step=step,
             tolerance=tolerance,
@@ -59,7 +61,7 @@ def single_impact(
         found = Equivalents(
             restitution=log.restitution[0],
             duration=jnp.where(separates, log.duration[0], jnp.inf),
-            deepest_penetration=log.deepest_penetration[0],
+            deepest_penetration=log.deepest_penetration[0] + _creep(run),
             peak_force=log.peak_force[0],
             energy_lost=jnp.where(separates, log.energy_lost[0], m * v**2 / 2),
         )
@@ -69,6 +71,17 @@ def single_impact(
     for _ in range(v.ndim):
         one = jax.vmap(one)
     return one(v, m)
+
+
+def _creep(run: Trajectory) -> Length:
+    """How far a mass still goes that, at the end of a run, creeps on more and more slowly.
+
+    With a speed that falls from u to v in a time h by exp(−μ t), it is v/μ = v h/ln(u/v).
+    """
+    before, at_end = -run.velocity
+    creeps = (at_end > 0) & (before > at_end)
+    u, v = (jnp.where(creeps, speed, x) for speed, x in ((before, 2.0), (at_end, 1.0)))
+    return jnp.where(creeps, v * (run.ts[1] - run.ts[0]) / jnp.log(u / v), 0.0)
 
 
 def time_scale(law: AbstractForceLaw, speed: Scalar, mass: Scalar) -> Time:

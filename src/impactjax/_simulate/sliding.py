@@ -21,8 +21,9 @@ class Sliding(AbstractTransition):
         reserve = holding_resistance(model, drive) ** 2 - drive**2
         sliding = mode.friction.astype(y.velocity.dtype) * y.velocity
         active = jnp.where(mode.friction == 0, reserve, sliding)
-        on_stop = (mode.phase == Phase.REST) | (mode.phase == Phase.CHATTER)
-        return jnp.where(on_stop, jnp.ones_like(active), active)
+        moves = (mode.phase != Phase.REST) & (mode.phase != Phase.CHATTER)
+        moves = moves & (mode.phase != Phase.SETTLED)
+        return jnp.where(moves, active, jnp.ones_like(active))
 
     def jump(
         self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode, context: Context

@@ -25,6 +25,7 @@ class Phase(enum.IntEnum):
     DETACHED = 2  # inside a compliant stop's indentation, without force
     CHATTER = 3  # the rest of an endless series of impacts, in closed form
     REST = 4  # lying on a rigid stop
+    SETTLED = 5  # lying in a compliant stop
 
 
 class Mode(NamedTuple):

@@ -56,16 +56,12 @@ class AbstractStep(eqx.Module):
         """What `evaluate` needs of a step of duration `h`, computed once for all its samples."""
 
     @abc.abstractmethod
-    def delayed(self, expansion: PyTree, delay: Scalar) -> PyTree:
-        """The expansion of the same motion begun a time `delay` later.
+    def evaluate(
+        self, automaton: Automaton, mode: Mode, expansion: PyTree, s: Scalar, delay: Scalar
+    ) -> State:
+        """The state a time `s − delay` after the start of the step, as accurate as the step itself.
 
-        `delay` is zero: what counts are its derivatives, which are taken here once a step rather
-        than once a sample.
-        """
-
-    @abc.abstractmethod
-    def evaluate(self, automaton: Automaton, mode: Mode, expansion: PyTree, s: Scalar) -> State:
-        """The state a time `s` after the start of the step, to the accuracy of the step itself.
-
-        Smooth in everything: the derivatives of a simulation are those of this map.
+        Smooth in everything: the derivatives of a simulation are those of this map. The delay is
+        zero, and only its derivatives count: they are those of the start of the step, which all
+        samples of the step share.
         """

@@ -7,15 +7,17 @@ state. Source: Moore (1966); Jorba & Zou, Experimental Mathematics 14, 99 (2005)
 
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jax.extend.core import Jaxpr, JaxprEqn, Literal, Var
+from jax.core import ShapedArray
+from jax.extend.core import JaxprEqn
 from jaxtyping import Array
 
+from impactjax._simulate.jaxpr import read, unchanged
 from impactjax._types import Scalar
 
 Series: TypeAlias = list[Array]  # the coefficients so far, in order
@@ -41,7 +43,9 @@ def solution_series(
     clock = [t, unit] + [jnp.zeros_like(unit)] * (order - 1)
     states = [[value] for value in y]
     program: Program = []
-    outputs = _read(closed.jaxpr, closed.consts, [clock, *states], program)
+    outputs = read(
+        closed.jaxpr, closed.consts, [clock, *states], functools.partial(_apply, program)
+    )
     rates, further = outputs[: len(y)], outputs[len(y) :]
     for k in range(order + 1):
         for extend in program:
@@ -66,31 +70,12 @@ def _all_at(operands: list[Operand], k: int) -> list[Array]:
     return [_at(operand, k, like) for operand in operands]
 
 
-def _read(
-    jaxpr: Jaxpr, consts: Sequence[Any], inputs: Sequence[Operand], program: Program
-) -> list[Operand]:
-    """The outputs of a jaxpr; `program` gets what makes their series grow."""
-    values: dict[Any, Operand] = dict(zip(jaxpr.constvars, consts, strict=True))
-    values.update(zip(jaxpr.invars, inputs, strict=True))
-
-    def value(atom: Var | Literal) -> Operand:
-        return jnp.asarray(atom.val) if isinstance(atom, Literal) else values[atom]
-
-    for equation in jaxpr.eqns:
-        outputs = _apply(equation, [value(atom) for atom in equation.invars], program)
-        values.update(zip(equation.outvars, outputs, strict=True))
-    return [value(atom) for atom in jaxpr.outvars]
-
-
-def _apply(equation: JaxprEqn, operands: list[Operand], program: Program) -> Sequence[Operand]:
+def _apply(program: Program, equation: JaxprEqn, operands: list[Operand]) -> Sequence[Operand]:
+    """The outputs of an equation; `program` gets what makes their series grow."""
     primitive, params = equation.primitive, equation.params
-    inner = params.get("jaxpr", params.get("call_jaxpr"))
-    if primitive.name in _CALLS and inner is not None:
-        return _read(inner.jaxpr, inner.consts, operands, program)
     if not any(isinstance(operand, list) for operand in operands):
-        result = primitive.bind(*operands, **params)
-        return result if primitive.multiple_results else [result]
-    if primitive.name in _LINEAR:
+        return unchanged(equation, operands)
+    if primitive.name in _LINEAR or _widens(equation):
         (series,) = operands
         assert isinstance(series, list)
         return [_grown(program, lambda k: primitive.bind(series[k], **params))]
@@ -102,6 +87,17 @@ def _apply(equation: JaxprEqn, operands: list[Operand], program: Program) -> Seq
             "simulate with a Runge-Kutta step instead, `step=RungeKutta()`."
         )
     return [_RULES[primitive.name](operands, params, program)]
+
+
+def _widens(equation: JaxprEqn) -> bool:
+    """Whether an equation only writes floating-point numbers with at least as many digits."""
+    if equation.primitive.name != "convert_element_type":
+        return False
+    operand = equation.invars[0].aval
+    assert isinstance(operand, ShapedArray)
+    before, after = operand.dtype, equation.params["new_dtype"]
+    both = jnp.issubdtype(before, jnp.floating) and jnp.issubdtype(after, jnp.floating)
+    return bool(both and jnp.finfo(after).eps <= jnp.finfo(before).eps)
 
 
 def _grown(program: Program, rule: Callable[[int], Array]) -> Series:
@@ -266,10 +262,8 @@ def _select(operands: list[Operand], params: dict, program: Program) -> Series:
     return _grown(program, lambda k: lax.select_n(which, *_all_at(cases, k)))
 
 
-_CALLS = ("jit", "pjit", "closed_call", "core_call", "custom_jvp_call", "custom_vjp_call")
 _LINEAR = (
     "neg",
-    "convert_element_type",
     "broadcast_in_dim",
     "reshape",
     "squeeze",

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from impactjax._simulate.crossing import horner
+from impactjax._simulate.polynomial import horner
 from impactjax._simulate.taylor import solution_series
 from impactjax._types import Scalar
 

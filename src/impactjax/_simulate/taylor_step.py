@@ -8,8 +8,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.crossing import first_crossing, horner, horner_with_slope, shortened
+from impactjax._simulate.crossing import first_crossing, shortened
 from impactjax._simulate.flow import unheld_acceleration
+from impactjax._simulate.polynomial import polynomial, rescaled, slope
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._simulate.taylor import Series, solution_series
@@ -74,14 +75,15 @@ class TaylorStep(AbstractStep):
         for guard in guards:
             h = jnp.minimum(h, _FLIGHTS * unit * _flight_time(guard))
         settle = h <= _RESOLUTION * natural
-        scaled = [_rescaled(guard, h / unit) for guard in guards]
+        scaled = [rescaled(guard, h / unit) for guard in guards]
         heads = [(guard[0], guard[1], guard[2]) for guard in scaled]
         heads = automaton.just_after(start.arrival, start.mode, heads)
         cleaned = [[*head, *guard[3:]] for head, guard in zip(heads, scaled, strict=True)]
         event, fraction, unclear = _first_event(cleaned, settle)
         shorter = shortened(h, fraction, start.t)
         h = jnp.where(unclear, shorter, h * jnp.minimum(fraction, 1.0))
-        end = self.evaluate(automaton, start.mode, _packed(start.y, position, internal, unit), h)
+        expansion = _packed(start.y, position, internal, unit)
+        end = self.evaluate(automaton, start.mode, expansion, h, jnp.zeros_like(h))
         after = _Memory(natural, jnp.where(unclear, shorter, jnp.inf))
         return Outcome(~unclear, h, end, event, after)
 
@@ -90,20 +92,18 @@ class TaylorStep(AbstractStep):
     ) -> _Expansion:
         return _expanded(self.order, automaton, t, y, mode, h)
 
-    def delayed(self, expansion: _Expansion, delay: Scalar) -> _Expansion:
-        position, internal, unit = expansion
-        z = delay / jax.lax.stop_gradient(unit)
-        return _Expansion(
-            _delayed(position, z), jax.tree.map(lambda a: _delayed(a, z), internal), unit
-        )
-
-    def evaluate(self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar) -> State:
+    def evaluate(
+        self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar, delay: Scalar
+    ) -> State:
         del automaton, mode
         position, internal, unit = expansion
         unit = jax.lax.stop_gradient(unit)  # its derivative is zero; here the compiler can see it
-        w = s / unit
-        place, slope = horner_with_slope(list(position), w)
-        return State(place, slope / unit, jax.tree.map(lambda a: horner(list(a), w), internal))
+        w, delay = s / unit, delay / unit
+        return State(
+            polynomial(position, w, delay),
+            polynomial(slope(position), w, delay) / unit,
+            jax.tree.map(lambda series: polynomial(series, w, delay), internal),
+        )
 
     def _series(
         self, automaton: Automaton, start: Point, unit: Scalar
@@ -142,22 +142,6 @@ def _packed(y: State, position: Series, internal: list[Series], unit: Scalar) ->
     return _Expansion(jnp.stack(position), stacked, unit)
 
 
-@jax.custom_jvp
-def _delayed(coefficients: Array, z: Scalar) -> Array:
-    """Coefficients of p(w − z) for z = 0, with derivatives by z of any order."""
-    del z
-    return coefficients
-
-
-@_delayed.defjvp
-def _(primals: tuple[Array, Scalar], tangents: tuple[Array, Scalar]) -> tuple[Array, Array]:
-    coefficients, z = primals
-    d_coefficients, d_z = tangents
-    powers = jnp.arange(1, coefficients.shape[0], dtype=coefficients.dtype)
-    slope = jnp.append(powers * coefficients[1:], jnp.zeros_like(z))
-    return coefficients, _delayed(d_coefficients, z) - _delayed(slope, z) * d_z
-
-
 def _first_event(guards: list[Series], settle: Flag) -> tuple[Code, Scalar, Flag]:
     """The first transition on a step, where it happens as a fraction of it, and any doubt."""
     event, unclear = jnp.int32(NO_EVENT), jnp.zeros((), bool)
@@ -183,14 +167,6 @@ def _flight_time(guard: Series) -> Scalar:
     """When a guard that rises from zero is expected back, were it a parabola; else infinity."""
     returns = (guard[0] == 0) & (guard[1] > 0) & (guard[2] < 0)
     return jnp.where(returns, -guard[1] / jnp.where(returns, guard[2], 1.0), jnp.inf)
-
-
-def _rescaled(coefficients: Series, factor: Scalar) -> Series:
-    power, scaled = jnp.ones_like(factor), []
-    for coefficient in coefficients:
-        scaled.append(coefficient * power)
-        power = power * factor
-    return scaled
 
 
 def _longest_accurate(speeds: list[Series], tolerance: Scalar) -> Scalar:

@@ -23,9 +23,12 @@ class Trajectory(eqx.Module):
     - `impacts`: the impact log.
     - `rests`: when the mass lay on a rigid stop.
     - `nearest_miss`: how close the mass came to a stop that it did not touch, at the closest turn
-      before one; infinite if it never turned before a stop [m]. Together with the smallest approach
-      speed in the impact log it tells how far the number of impacts is from changing: derivatives
-      hold as long as neither comes to zero.
+      before one or at the end of the run on its way to one; infinite without [m]. Together with the
+      smallest approach speed in the impact log it tells how far the number of impacts is from
+      changing: derivatives hold as long as neither comes to zero.
+    - `magnification`: by how much a single impact, or near miss, magnifies an error at most, at
+      least 1 [1]. Large where the motion nearly grazes a stop: errors are then about the tolerance
+      times this number, and several such impacts multiply theirs.
     - `result`: what became of the lane.
     - `stats`: how much work it was.
 
@@ -39,5 +42,6 @@ class Trajectory(eqx.Module):
     impacts: ImpactLog
     rests: RestLog
     nearest_miss: Float[Array, "..."]
+    magnification: Float[Array, "..."]
     result: RESULTS
     stats: Stats

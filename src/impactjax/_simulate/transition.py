@@ -6,7 +6,7 @@ from typing import ClassVar, NamedTuple
 import equinox as eqx
 
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.chatter import Chatter, Scale
 from impactjax._simulate.state import Mode, State
 from impactjax._types import Flag, Scalar
 
@@ -14,7 +14,7 @@ from impactjax._types import Flag, Scalar
 class Context(NamedTuple):
     """What a jump may ask about the lane."""
 
-    fastest: Scalar  # largest approach speed so far, in units of the coordinate
+    scale: Scale
     tolerance: Scalar
     chatter: Chatter
 

@@ -1,0 +1,97 @@
+"""What the residuals of a fit look like, in sentences.
+
+Each sentence follows from one property of `Residuality`, at one threshold, and gives the number
+that decided with its limit.
+"""
+
+import numpy as np
+
+from impactjax._fit.digits import apart
+from impactjax._fit.estimate import Estimate
+from impactjax._identify.residuals import Residuality, residuality
+from impactjax._measure.recording import ImpactTimes
+from impactjax._report.outcome import was_simulated
+
+_SAME = 0.005  # of a factor: not to be seen in two digits behind the point
+
+
+def residual_sentences(estimate: Estimate) -> list[str]:
+    """Whether the residuals are what a good law leaves: independent, of one size, normal."""
+    if not was_simulated(estimate):
+        return ["Nothing could be simulated, so there are no residuals."]
+    found = residuality(estimate)
+    return [independence(estimate, found), *_after_impacts(estimate, found), _normality(found)]
+
+
+def independence(estimate: Estimate, found: Residuality) -> str:
+    """Whether the residuals hang together, and what that does to the errors."""
+    if bool(found.independent):
+        correlated, runs = _correlations(found), _runs(found)
+        return f"The residuals look independent: {' and '.join([*correlated, runs])}."
+    against = [
+        *([] if bool(found.uncorrelated) else _correlations(found)),
+        *([] if bool(found.as_many_runs) else [_runs(found)]),
+    ]
+    return (
+        f"The residuals do not look independent: {' and '.join(against)}. Their noise is filtered "
+        f"or the law is not right; {_allowance(estimate)}."
+    )
+
+
+def _correlations(found: Residuality) -> list[str]:
+    rho = np.asarray(found.autocorrelation)
+    if not rho.any():
+        return []
+    value, limit = apart(float(found.portmanteau), float(found.portmanteau_limit))
+    lag = int(np.argmax(np.abs(rho)))
+    return [
+        f"their autocorrelations sum up to {value} in the statistic of Ljung and Box (limit "
+        f"{limit}; the largest is {rho[lag]:.2f}, at lag {lag + 1})"
+    ]
+
+
+def _runs(found: Residuality) -> str:
+    low, high = (float(each) for each in np.asarray(found.runs_limits))
+    return (
+        f"there are {int(found.runs)} runs of one sign (limits {max(int(np.ceil(low)), 1)} to "
+        f"{int(np.floor(high))})"
+    )
+
+
+def _allowance(estimate: Estimate) -> str:
+    """Whether the errors are other than those for independent residuals."""
+    inflation = np.asarray(estimate.inflation)
+    factors = inflation[np.isfinite(inflation)]
+    if not factors.size or np.all(np.abs(factors - 1) < _SAME):
+        return "the errors take them as independent all the same"
+    low, high = factors.min(), factors.max()
+    return f"the errors allow for it, by factors from {low:.2f} to {high:.2f}"
+
+
+def _normality(found: Residuality) -> str:
+    skewness, kurtosis = float(found.skewness), float(found.excess_kurtosis)
+    numbers = f"skewness {skewness:.2f}, excess kurtosis {kurtosis:.2f}"
+    if bool(found.normal):
+        return f"Their distribution is like a normal one ({numbers})."
+    shape = []
+    if bool(found.skewed):
+        shape.append("lopsided")
+    if bool(found.tailed):
+        shape.append(f"with {'longer' if kurtosis > 0 else 'shorter'} tails than a normal one")
+    said = f": it is {' and '.join(shape)}" if shape else ""
+    return f"Their distribution is not normal{said} ({numbers})."
+
+
+def _after_impacts(estimate: Estimate, found: Residuality) -> list[str]:
+    if isinstance(estimate.problem.recording, ImpactTimes):
+        return []
+    after = np.asarray(found.after_impacts)
+    large = np.flatnonzero(np.asarray(found.larger_after_impacts))
+    if not large.size:
+        return []
+    numbers = ", ".join(str(i + 1) for i in large)
+    which = f"impact {numbers}" if large.size == 1 else f"impacts {numbers}"
+    return [
+        f"Just after {which} they are up to {after[large].max():.2f} times as large as on the "
+        "whole: the law misses something of the contact."
+    ]

@@ -1,0 +1,67 @@
+"""Whether a lane can run, and whether it went well."""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import PyTree
+
+from impactjax._results import RESULTS
+from impactjax._simulate.automaton import NO_EVENT, initial_mode
+from impactjax._simulate.flow import free_acceleration, walls
+from impactjax._simulate.lane import Lane, Run
+from impactjax._simulate.state import Phase, State
+from impactjax._simulate.step import Outcome, Point
+from impactjax._types import Flag, Scalar
+
+
+def admitted(run: Run) -> RESULTS:
+    """Whether a lane can run at all, or why not."""
+    span = run.t1 - run.t0
+    _, inside = initial_mode(run.model, run.t0, run.y0)
+    held = [jnp.ones((), bool), *(each.holds for each in run.model.requirements())]
+    floor = 10 * jnp.finfo(span.dtype).eps
+    result = RESULTS.where(inside, RESULTS.starts_inside_stop, RESULTS.successful)
+    result = RESULTS.where(run.tolerance >= floor, result, RESULTS.tolerance_too_small)
+    result = RESULTS.where(run.in_order, result, RESULTS.times_out_of_order)
+    result = RESULTS.where(_all_finite((run.y0, span)), result, RESULTS.non_finite)
+    return RESULTS.where(jnp.all(jnp.stack(held)), result, RESULTS.impossible_parameters)
+
+
+def motion(run: Run, point: Point, outcome: Outcome) -> Scalar:
+    """How far from zero a step ends and how long a way it is; at rest, the way of a free mass."""
+    t, y, _, _ = point
+    way = outcome.h**2 * free_acceleration(run.model, t, y)
+    position, velocity, _ = outcome.y
+    return jnp.max(jnp.abs(jnp.stack([position, outcome.h * velocity, way])))
+
+
+def diagnose(
+    run: Run, point: Point, outcome: Outcome, after: State, in_range: Flag, motion: Scalar
+) -> RESULTS:
+    """Whether anything went wrong in a pass."""
+    result = RESULTS.successful
+    no_event = outcome.event == NO_EVENT
+    stuck = (point.t + outcome.h == point.t) & (point.t < run.t1)
+    stuck = stuck & jnp.where(outcome.accepted, no_event & (outcome.h > 0), True)
+    result = RESULTS.where(stuck, RESULTS.step_too_small, result)
+    for wall in walls(run.model):
+        through = wall.clearance(after.position) < -run.tolerance * motion
+        free = (point.mode.phase == Phase.FLIGHT) & no_event & outcome.accepted
+        result = RESULTS.where(through & free, RESULTS.stopped_through, result)
+    asked = outcome.accepted & ~no_event
+    finite = _all_finite((outcome.h, outcome.y, after))
+    result = RESULTS.where(finite, result, RESULTS.non_finite)
+    return RESULTS.where(asked & ~in_range, RESULTS.restitution_out_of_range, result)
+
+
+def concluded(run: Run, lane: Lane) -> RESULTS:
+    """The result after the last pass."""
+    t, eps = jnp.maximum(jnp.abs(run.t0), jnp.abs(run.t1)), jnp.finfo(run.t0.dtype).eps
+    coarse = (lane.result == RESULTS.successful) & (
+        eps * t * lane.speed > run.tolerance * lane.motion
+    )
+    result = RESULTS.where(coarse, RESULTS.time_too_coarse, lane.result)
+    return RESULTS.where(lane.done, result, RESULTS.max_steps_reached)
+
+
+def _all_finite(tree: PyTree) -> Flag:
+    return jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in jax.tree.leaves(tree)]))

@@ -1,0 +1,85 @@
+"""The end of the motion in a compliant stop that catches the mass.
+
+Under a constant push the mass comes to rest in the indentation, while a stiff contact would go on
+to ask for short steps. Once all motion that is left cannot show, the mass is held where it is.
+"""
+
+from typing import ClassVar
+
+import jax
+import jax.numpy as jnp
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._simulate.flow import flow, free_acceleration, unheld_acceleration, walls
+from impactjax._simulate.interval import Interval, bounds
+from impactjax._simulate.state import Mode, Phase, State
+from impactjax._simulate.transition import AbstractTransition, Context, Jump
+from impactjax._types import Flag, Scalar
+
+_UNSEEN = 1e-3  # motion left, as a fraction of the error allowed
+_INSIDE = 1e-2  # of the penetration
+
+
+class Settling(AbstractTransition):
+    """The mass comes to rest in a compliant stop, for good.
+
+    It happens at the end of a step, when `is_settled` says so; its guard is constant.
+    """
+
+    guard_stays_zero: ClassVar[bool] = False
+
+    def guard(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
+        del model, t, mode
+        return jnp.ones_like(y.position)
+
+    def jump(
+        self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode, context: Context
+    ) -> Jump:
+        del model, t, context
+        after = y._replace(velocity=jnp.zeros_like(y.velocity))
+        settled = mode._replace(phase=jnp.int32(Phase.SETTLED))
+        return Jump(after, settled, jnp.ones((), bool))
+
+
+def is_settled(
+    model: ImpactOscillator,
+    t: Scalar,
+    y: State,
+    mode: Mode,
+    t1: Scalar,
+    way: Scalar,
+    speed: Scalar,
+) -> Flag:
+    """Whether all motion from `t` to `t1` leaves the mass in contact and is small beside an error
+    allowed in position, `way`, and in velocity, `speed`.
+
+    Near its equilibrium the mass moves as x″ + c x′ + s x = 0 and so no farther than
+    |x′|/κ + |x″|/κ² from where it is, with the slower of its rates, κ = min(√s, s/c).
+    """
+
+    def acceleration(position: Scalar, velocity: Scalar) -> Scalar:
+        moved = y._replace(position=position, velocity=velocity)
+        return unheld_acceleration(model, t, moved, mode)
+
+    here, one, zero = (y.position, y.velocity), jnp.ones_like(t), jnp.zeros_like(t)
+    rate, fall = jax.jvp(acceleration, here, (one, zero))
+    _, drop = jax.jvp(acceleration, here, (zero, one))
+    restores = (fall < 0) & (drop <= 0) & jnp.isfinite(drop)
+    stiffness, damping = jnp.where(restores, -fall, 1.0), jnp.where(restores, -drop, 0.0)
+    creep = jnp.where(damping > 0, stiffness / jnp.where(damping > 0, damping, 1.0), jnp.inf)
+    slow = jnp.minimum(jnp.sqrt(stiffness), creep)
+    left = jnp.abs(y.velocity) / slow + jnp.abs(rate) / slow**2
+    penetrations = [
+        jnp.where(mode.at(Phase.CONTACT, wall.index), -wall.clearance(y.position), 0)
+        for wall in walls(model)
+    ]
+    push = bounds(lambda t: free_acceleration(model, t, y), Interval(t, t1))
+    conditions = [
+        restores,
+        push.width() == 0,
+        left <= _INSIDE * sum(penetrations),
+        left <= _UNSEEN * way,
+        slow * left <= _UNSEEN * speed,
+        *(change == 0 for change in jax.tree.leaves(flow(model, t, y, mode).internal)),
+    ]
+    return jnp.all(jnp.stack(conditions))

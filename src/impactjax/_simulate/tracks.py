@@ -1,0 +1,106 @@
+"""Which levels are followed in each step, and at which places they are looked at."""
+
+import functools
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._simulate.automaton import Automaton
+from impactjax._simulate.chunks import FEW_STEPS, map_rows
+from impactjax._simulate.dip import closest_to_zero
+from impactjax._simulate.flow import walls
+from impactjax._simulate.lane import Record
+from impactjax._simulate.levels import Levels, is_compliant, levels_of
+from impactjax._simulate.replay import Path
+from impactjax._simulate.state import Mode, Phase
+from impactjax._simulate.step import AbstractStep
+from impactjax._types import Scalar
+
+_PARTS = 4  # of a step, each with at most one turn, and one of them with two
+
+PerNode = Float[Array, "steps tracks nodes"]
+
+
+class Tracks(NamedTuple):
+    """Which levels are followed in each step."""
+
+    level: Int[Array, "steps tracks"]
+    followed: Bool[Array, "steps tracks"]
+
+
+class Nodes(NamedTuple):
+    """Places in a step, in order, at each of which a track is looked at."""
+
+    share: PerNode  # of the step
+    level: PerNode
+    rate: PerNode
+
+
+def tracks_of(model: ImpactOscillator, record: Record) -> Tracks:
+    log, stops = record.log, len(walls(model))
+    flying = log.taken & (log.mode.phase == Phase.FLIGHT)
+    touching = log.taken & (log.mode.phase == Phase.CONTACT)
+    levels, followed = [], []
+    for track in range(max(stops, 2 if is_compliant(model) else 1)):
+        in_flight, in_contact = min(track, stops - 1), log.mode.stop + min(track, 1) * stops
+        levels.append(jnp.where(flying, in_flight, in_contact))
+        followed.append((flying & (track < stops)) | (touching & (track < 2)))
+    return Tracks(jnp.stack(levels, axis=1), jnp.stack(followed, axis=1))
+
+
+def nodes_of(
+    step: AbstractStep, model: ImpactOscillator, path: Path, record: Record, tracks: Tracks
+) -> Nodes:
+    """Where the parts of each step meet, and once more where two turns may hide between two of
+    these: where a rate of one sign comes closest to zero, by cubic interpolation.
+    """
+    model, path, log = jax.lax.stop_gradient((model, path, record.log))
+    levels = jax.vmap(functools.partial(levels_of, model))
+    first, last = levels(path.t, path.y, log.mode), levels(path.t + path.h, path.end, log.mode)
+    ends = jnp.arange(_PARTS + 1, dtype=path.t.dtype) / _PARTS
+    shares = jnp.broadcast_to(ends[1:-1], (path.h.shape[0], _PARTS - 1))
+    inner = _within(step, model, path, record, shares)
+
+    def followed(levels: Float[Array, "steps nodes levels"]) -> PerNode:
+        return jnp.take_along_axis(levels.swapaxes(1, 2), tracks.level[:, :, None], axis=1)
+
+    level, rate, growth = (
+        followed(jnp.concatenate([a[:, None], b, c[:, None]], axis=1))
+        for a, b, c in zip(first, inner, last, strict=True)
+    )
+    hidden = closest_to_zero(rate, growth * path.h[:, None, None] / _PARTS)
+    more, more_rate, _ = _within(step, model, path, record, hidden)
+    own = tracks.level[:, :, None]
+    share = jnp.concatenate([jnp.broadcast_to(ends, rate.shape), hidden[..., None]], axis=-1)
+    order = jnp.argsort(share, axis=-1)
+
+    def in_order(at_ends: PerNode, more: Float[Array, "steps tracks levels"]) -> Array:
+        both = jnp.concatenate([at_ends, jnp.take_along_axis(more, own, axis=2)], axis=-1)
+        return jnp.take_along_axis(both, order, axis=-1)
+
+    share = jnp.take_along_axis(share, order, axis=-1)
+    return Nodes(share, in_order(level, more), in_order(rate, more_rate))
+
+
+def _within(
+    step: AbstractStep,
+    model: ImpactOscillator,
+    path: Path,
+    record: Record,
+    shares: Float[Array, "steps nodes"],
+) -> tuple[Float[Array, "steps nodes levels"], ...]:
+    """Levels, rates and their growth at some shares of each step."""
+
+    def inside(row: tuple[Path, Mode, Array]) -> tuple[Array, ...]:
+        (t, _, h, _, expansion), mode, shares = row
+
+        def at(s: Scalar) -> tuple[Levels, ...]:
+            y = step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
+            return levels_of(model, t + s, y, mode)
+
+        return jax.vmap(at)(shares * h)
+
+    return map_rows(inside, (path, record.log.mode, shares), record.passes, FEW_STEPS)

@@ -1,0 +1,104 @@
+"""Laws that hold others as special cases fit no worse than they do."""
+
+import dataclasses
+import functools
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import impactjax as ij
+from impactjax._fit.compare import _is_worse, compare_by
+from impactjax._fit.first_estimates import FirstEstimates
+from impactjax._fit.laws import LAWS
+from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
+from impactjax._fit.nested import SPECIAL_CASES, in_stages
+from impactjax._fit.search import Search
+from impactjax._model.parameter import ranges
+from impactjax._report.outcome import outcome_of
+
+MASS = 0.02
+SEEN = FirstEstimates(
+    ij.Pendulum(13.0, mass=MASS),
+    ij.InitialState(0.7),
+    np.array([0.7, 0.6, 0.5]),
+    np.array([0.6, 0.6, 0.6]),
+    700.0,
+    swings_freely=False,
+)
+SPEEDS = jnp.array([0.1, 0.5, 1.5])
+
+
+def values_of(law) -> dict[str, float]:
+    return {name: float(getattr(law, name)) for name in ranges(law)} | {"mass": MASS}
+
+
+def force(law, speed):
+    """At two depths on the way in and out, of an impact at a speed."""
+    depth, mass = jnp.array([1e-4, 1e-3, 1e-3, 1e-4]), jnp.asarray(MASS)
+    rate, touch = speed * jnp.array([1.0, 0.5, -0.5, -1.0]), law.touch(speed, mass)
+    return jnp.stack([law.force(*each, touch, mass) for each in zip(depth, rate, strict=True)])
+
+
+@pytest.mark.parametrize(("small", "large"), SPECIAL_CASES)
+def test_a_special_case_is_the_smaller_law(small, large):
+    law = LAWS[small](SEEN)
+    kind: Any = type(LAWS[large](SEEN))
+    at = values_of(LAWS[large](SEEN)) | values_of(law)
+    special = SPECIAL_CASES[small, large](at)
+    assert special is not None
+    at |= dict(special)
+    same = kind(**{name: at[name] for name in ranges(LAWS[large](SEEN))})
+    for speed in SPEEDS:
+        if isinstance(law, ij.AbstractImpactLaw):
+            assert isinstance(same, ij.AbstractImpactLaw)
+            np.testing.assert_allclose(same.restitution(speed), law.restitution(speed), rtol=1e-12)
+        else:
+            np.testing.assert_allclose(force(same, speed), force(law, speed), rtol=1e-12)
+
+
+def test_special_cases_are_fitted_first():
+    laws = ["power-law", "maxwell", "hunt-crossley", "simon", "hertz"]
+    stages = in_stages([(law, False) for law in laws])
+    names = [{law for law, _ in stage} for stage in stages]
+    assert names == [{"maxwell", "hertz"}, {"simon"}, {"hunt-crossley"}, {"power-law"}]
+    assert in_stages([("none", True), ("none", False)]) == [[("none", False)], [("none", True)]]
+
+
+@functools.cache
+def compared():
+    """A free swing with viscous and dry friction, and a search that fails with both: it stays where
+    it starts unless it starts at the viscous answer.
+    """
+    ts = np.linspace(0.0, 2.0, 81)
+    values = np.exp(-0.05 * ts) * np.cos(5 * ts)
+    values = values + 0.01 * np.random.default_rng(2).standard_normal(81)
+    recording = ij.Recording(jnp.asarray(ts), jnp.asarray(values), ij.Displacement())
+
+    class Lazy(Search):
+        def minima(self, problem, optimiser, searches):
+            early = not np.all(searches.parts == searches.parts[-1])
+            lazy = "dry_friction" in problem.names and early
+            chosen = LevenbergMarquardt(1) if lazy else optimiser
+            return Search().minima(problem, chosen, searches)
+
+    setup = ij.Setup("linear-oscillator")
+    return compare_by(Lazy(), recording, setup, ["none"], 0, lambda _: None, map)
+
+
+def test_more_friction_never_fits_worse():
+    fits = {each.dry_friction: each for each in compared()}
+    assert float(fits[True].estimate.rms) <= float(fits[False].estimate.rms) * (1 + 1e-9)
+    assert bool(fits[True].estimate.converged)
+    assert fits[True].worse_than == ()
+
+
+def test_a_model_that_fits_worse_than_its_special_case_has_no_result():
+    viscous, both = sorted(compared(), key=lambda each: each.dry_friction)
+    assert _is_worse(
+        viscous.estimate, dataclasses.replace(both.estimate, rms=0.9 * viscous.estimate.rms)
+    )
+    assert not _is_worse(both.estimate, viscous.estimate)
+    failed = both._replace(worse_than=("none",))
+    assert outcome_of(failed) == "worse than none, which it contains: the search failed"
