@@ -43,6 +43,25 @@ def test_free_swing(omega, zeta, noise):
     assert float(found.initial.position) == pytest.approx(0.2, abs=4 * noise + 1e-3)
 
 
+@pytest.mark.parametrize(
+    "quantity", [ij.ContactForce(), ij.ProperAcceleration(), ij.Acceleration()]
+)
+@pytest.mark.parametrize("duration", [0.01, 0.02, 0.05])
+def test_duration_of_contacts_that_are_seen(duration, quantity):
+    """Half sines, each lower than the one before."""
+    values = np.zeros_like(TS)
+    for begin, height in ((0.2, 900.0), (0.9, 700.0), (1.5, 500.0)):
+        touches = (begin < TS) & (begin + duration > TS)
+        values += touches * height * np.sin(np.pi * (TS - begin) / duration)
+    found = seen(values + NOISE, quantity, ij.BouncingBall())
+    assert found.contact_frequency == pytest.approx(np.pi / duration, rel=0.2)
+
+
+def test_a_force_that_is_never_positive_shows_no_contact():
+    found = seen(np.minimum(NOISE, 0.0), ij.ContactForce(), ij.BouncingBall())
+    assert found.contact_frequency == pytest.approx(np.pi / 0.004)
+
+
 @pytest.mark.parametrize("noise", [0.0, 3e-3])
 @pytest.mark.parametrize("r", [0.4, 0.6, 0.9])
 def test_impacting_pendulum(r, noise):

@@ -7,7 +7,7 @@ import equinox as eqx
 import numpy as np
 from scipy import special
 
-from impactjax._fit.motion import motion
+from impactjax._fit.motion import contact_duration, motion
 from impactjax._fit.peaks import peaks
 from impactjax._fit.savitzky_golay import savitzky_golay
 from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
@@ -100,7 +100,8 @@ def first_estimates(
     values = values + gap
     smooth, noise = _smoothed(values)
     initial = _initial(ts, values, noise, gap)
-    contact = np.pi / (_CONTACT_SAMPLES * float(np.median(np.diff(ts))))
+    guess = _CONTACT_SAMPLES * float(np.median(np.diff(ts)))
+    contact = np.pi / (contact_duration(recording) or guess)
     place = _stop_seen(values, smooth, noise)
     if smooth.min() < -0.25 * smooth.max():
         swinging, marks = _swinging(ts, smooth, noise, oscillator)

@@ -12,6 +12,7 @@ from impactjax._measure.quantity import (
     AngularVelocity,
     ContactForce,
     Displacement,
+    ProperAcceleration,
     Velocity,
 )
 from impactjax._measure.recording import Recording
@@ -30,19 +31,28 @@ def motion(recording: Recording, oscillator: AbstractOscillator) -> tuple[np.nda
     A velocity is integrated; contacts are seen as pulses of acceleration or force, and a parabola
     is laid between them.
     """
-    valid = np.asarray(recording.valid)
-    ts = np.asarray(recording.ts)
-    values = np.interp(ts, ts[valid], np.asarray(recording.values)[valid])
-    quantity = recording.quantity
+    quantity, (ts, values) = recording.quantity, _without_gaps(recording)
     if isinstance(quantity, Angle | Displacement):
         return ts, values
     if isinstance(quantity, Velocity | AngularVelocity):
         return ts, _from_velocity(ts, values)
     if isinstance(quantity, ContactForce):
         values = values / float(oscillator.mass * oscillator.lever())
-    if isinstance(quantity, Acceleration | AngularAcceleration) and not _is_peaked(values):
+    if not _shows_contacts(recording, values):
         return ts, _swing(ts, values)
     return ts, _from_pulses(ts, values, oscillator)
+
+
+def contact_duration(recording: Recording) -> float | None:
+    """Duration of a contact [s] where a recording shows contacts as pulses: that of half a sine as
+    wide as these are at half their heights.
+    """
+    ts, values = _without_gaps(recording)
+    pulses = [values[begin:end] for begin, end in _pulses(values)]
+    if not (pulses and _shows_contacts(recording, values)):
+        return None
+    samples = np.median([np.count_nonzero(pulse > pulse.max() / 2) for pulse in pulses])
+    return 1.5 * float(samples * np.median(np.diff(ts)))
 
 
 def fall(recording: Recording) -> tuple[float, float] | None:
@@ -62,6 +72,25 @@ def fall(recording: Recording) -> tuple[float, float] | None:
     after = np.flatnonzero(falls[hit:])
     left = hit + int(after[0]) if after.size else len(ts) - 1
     return float(ts[held[-1] + 1]), float(min(2 * ts[left] - ts[touch], ts[-1]))
+
+
+def _without_gaps(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    ts, valid = np.asarray(recording.ts), np.asarray(recording.valid)
+    return ts, np.interp(ts, ts[valid], np.asarray(recording.values)[valid])
+
+
+def _shows_contacts(recording: Recording, values: np.ndarray) -> bool:
+    """Whether contacts are pulses of a recording."""
+    if isinstance(recording.quantity, Acceleration | AngularAcceleration):
+        return _is_peaked(values)
+    return isinstance(recording.quantity, ProperAcceleration | ContactForce)
+
+
+def _pulses(values: np.ndarray) -> list[tuple[int, int]]:
+    """The first sample of each pulse, and the first one after it."""
+    pushed = np.concatenate([[False], values > _PULSE * values.max(), [False]])
+    edges = np.flatnonzero(np.diff(pushed.astype(int))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def _is_peaked(values: np.ndarray) -> bool:
@@ -96,18 +125,16 @@ def _swing(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def _from_pulses(ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator) -> np.ndarray:
     """Parabolas between the pulses: of a ball under its gravity, else with the pulses' impulse."""
-    pushed = np.concatenate([[False], values > _PULSE * values.max(), [False]])
-    edges = np.flatnonzero(np.diff(pushed.astype(int)))
-    begins, ends = edges[::2], np.minimum(edges[1::2], len(ts) - 1)
+    pulses = [(begin, min(end, len(ts) - 1)) for begin, end in _pulses(values)]
     gravity = float(oscillator.gravity) if isinstance(oscillator, BouncingBall) else None
     place = np.zeros(len(ts))
     impulse = _integral(ts, np.maximum(values, 0))
-    if begins.size and begins[0] > 0:
-        begin, hit = 0, begins[0]
-        fall = ts[hit] - ts[begin]
-        deceleration = gravity or (impulse[ends[0]] - impulse[hit]) / (2 * fall)
-        place[:hit] = deceleration / 2 * (fall**2 - (ts[:hit] - ts[begin]) ** 2)
-    for (_, end), (begin, after) in pairwise(zip(begins, ends, strict=True)):
+    if pulses and pulses[0][0] > 0:
+        hit, after = pulses[0]
+        fall = ts[hit] - ts[0]
+        deceleration = gravity or (impulse[after] - impulse[hit]) / (2 * fall)
+        place[:hit] = deceleration / 2 * (fall**2 - (ts[:hit] - ts[0]) ** 2)
+    for (_, end), (begin, after) in pairwise(pulses):
         flight = ts[begin] - ts[end]
         speed = gravity * flight / 2 if gravity else (impulse[after] - impulse[begin]) / 2
         s = ts[end:begin] - ts[end]

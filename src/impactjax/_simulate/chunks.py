@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array
+from jaxtyping import Array, Bool
 
 from impactjax._simulate.varying import alike
 
@@ -43,6 +43,38 @@ def map_rows(function: Callable[[Row], Out], rows: Row, used: Array, size: int) 
         return nothing, alike(jax.vmap(function)(chunk), rows)
 
     return _scan_chunks(chunk_body, (), rows, used, size)[1]
+
+
+def map_some(
+    function: Callable[[Row], Out], rows: Row, some: Bool[Array, " rows"], size: int
+) -> Out:
+    """`vmap` over some of the rows; the output of all others is zero.
+
+    The function is also called for a few rows that are not among them, with no effect.
+    """
+    count, place = some.shape[0], jnp.cumsum(some, dtype=jnp.int32) - 1
+    number = jnp.arange(count, dtype=jnp.int32)
+    row = jnp.zeros_like(number).at[jnp.where(some, place, count)].set(number, mode="drop")
+    first = jax.tree.map(lambda column: column[row], rows)
+    found = map_rows(function, first, _most(place[-1] + 1), min(size, count))
+
+    def spread(column: Array) -> Array:
+        own = column[jnp.maximum(place, 0)]
+        return jnp.where(some.reshape(-1, *[1] * (own.ndim - 1)), own, 0)
+
+    return jax.tree.map(spread, found)
+
+
+@jax.custom_batching.custom_vmap
+def _most(count: Array) -> Array:
+    """The largest count of all lanes: one plain number under `vmap`."""
+    return count
+
+
+@_most.def_vmap
+def _(size: int, batched: list, counts: Array) -> tuple[Array, bool]:
+    del size, batched
+    return _most(jnp.max(counts)), False
 
 
 def _scan_chunks(

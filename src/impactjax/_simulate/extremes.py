@@ -14,8 +14,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.root import implicit
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.chunks import CHUNK, map_rows
+from impactjax._simulate.chunks import CHUNK, map_some
 from impactjax._simulate.falling_zero import Bracket, falling_zero
 from impactjax._simulate.flow import walls
 from impactjax._simulate.lane import Record
@@ -25,6 +26,7 @@ from impactjax._simulate.sliding import Sliding
 from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.tracks import Nodes, Tracks, nodes_of, tracks_of
+from impactjax._simulate.varying import alike
 from impactjax._types import Scalar
 
 _PENETRATION, _FORCE = 0, 1
@@ -53,12 +55,24 @@ class _Turns(NamedTuple):
     level: Float[Array, "steps tracks"]
 
 
-class _Part(NamedTuple):
-    """A part of a step, and the level that turns in it."""
+class _Falls(NamedTuple):
+    """Where the rate of a track may fall through zero within a step: between two of some places.
 
-    row: Int[Array, ""]
-    level: Int[Array, ""]
-    bracket: Bracket
+    - `s`, `rate`: time since the start of the step, and rate there.
+    - `exists`: in which of the parts between them it does.
+    """
+
+    s: Float[Array, "... nodes"]
+    rate: Float[Array, "... nodes"]
+    exists: Bool[Array, "... parts"]
+
+
+class _Highest(NamedTuple):
+    """The highest turn so far, after a number of them."""
+
+    number: Int[Array, ""]
+    s: Scalar
+    level: Scalar
 
 
 def extremes(
@@ -142,58 +156,62 @@ def _turns(
     tracks: Tracks,
     nodes: Nodes,
 ) -> _Turns:
-    """The turns of all tracks; those that exist are sought first, all others cost nothing."""
-    share, heights, rates = nodes
+    """The turns of all tracks; where there is none, none is sought."""
+    rate = nodes.rate
     # Where an event ends the step a force may be zero because the contact has ended.
-    ends = (record.log.event != NO_EVENT)[:, None] & (rates[..., -1] == 0)
-    falls = (rates[..., :-1] > 0) & (rates[..., 1:] <= 0) & tracks.followed[..., None]
+    ends = (record.log.event != NO_EVENT)[:, None] & (rate[..., -1] == 0)
+    falls = (rate[..., :-1] > 0) & (rate[..., 1:] <= 0) & tracks.followed[..., None]
     falls = falls.at[..., -1].set(falls[..., -1] & ~ends)
-    height = jnp.where(falls, jnp.maximum(heights[..., :-1], heights[..., 1:]), -jnp.inf)
     exists = jnp.any(falls, axis=-1)
-    part = jnp.where(exists, jnp.argmax(height, axis=-1), 0)[..., None]
-    (begin, low), (end, high) = (
-        [jnp.take_along_axis(x, part + side, axis=-1).reshape(-1) for x in (share, rates)]
-        for side in (0, 1)
-    )
-    shape, flat = exists.shape, exists.reshape(-1)
-    place = jnp.cumsum(flat, dtype=jnp.int32) - 1
-    number = jnp.arange(flat.shape[0], dtype=jnp.int32)
-    slot = jnp.zeros_like(number).at[jnp.where(flat, place, flat.shape[0])].set(number, mode="drop")
-    row = slot // shape[1]
-    h = jnp.where(flat[slot], jax.lax.stop_gradient(path.h)[row], 0.0)
-    bracket = Bracket(begin[slot] * h, low[slot], end[slot] * h, high[slot])
-    sought = _Part(row, tracks.level.reshape(-1)[slot], bracket)
-    found = _at_turns(step, model, path, record, sought, number <= place[-1])
-    return _Turns(exists, found[jnp.maximum(place, 0)].reshape(shape))
+
+    def level(row: PyTree) -> Scalar:
+        places, falls = row
+        at = model, *places, jnp.any(falls.exists)
+        turn = implicit(functools.partial(_rate, step), _highest_turn(step, falls, at), at)
+        return _level(step, turn, at)[0]
+
+    s = nodes.share * jax.lax.stop_gradient(path.h)[:, None, None]
+    shape, columns = exists.shape, (path.t, record.log.mode, path.expansion)
+    number = jnp.arange(shape[0] * shape[1], dtype=jnp.int32)
+    rows = _Falls(s, rate, falls)
+    flat = jax.tree.map(lambda x: x.reshape(-1, x.shape[-1]), rows)
+    places = jax.tree.map(lambda x: x[number // shape[1]], columns)
+    levels = map_some(level, ((places, tracks.level.reshape(-1)), flat), exists.reshape(-1), CHUNK)
+    return _Turns(exists, levels.reshape(shape))
 
 
-def _at_turns(
-    step: AbstractStep,
-    model: ImpactOscillator,
-    path: Path,
-    record: Record,
-    sought: _Part,
-    exists: Bool[Array, " slots"],
-) -> Float[Array, " slots"]:
-    """The levels where they turn."""
+def _highest_turn(step: AbstractStep, falls: _Falls, at: PyTree) -> Scalar:
+    """When the level is highest of all its turns within a step, as a plain number."""
+    (s, rate, exists), at = jax.lax.stop_gradient((falls, at))
+    first = jnp.argsort(~exists)  # those that exist
 
-    def level(s: Scalar, parameters: PyTree) -> tuple[Scalar, Scalar]:
-        model, (t, mode, expansion), which, exists = parameters
-        y = step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
-        value, rate, _ = (x[which] for x in levels_of(model, t + s, y, mode))
-        return value, jnp.where(exists, rate, -s)  # harmless where nothing turns
+    def after_next(best: _Highest) -> _Highest:
+        part = first[best.number]
+        bracket = Bracket(s[part], rate[part], s[part + 1], rate[part + 1])
+        turn = falling_zero(functools.partial(_rate, step), bracket, at)
+        level = _level(step, turn, at)[0]
+        higher = level > best.level
+        either = jnp.where(higher, turn, best.s), jnp.where(higher, level, best.level)
+        return alike(_Highest(best.number + 1, *either), everything)
 
-    def peak(slot: PyTree) -> Scalar:
-        place, which, bracket, exists = slot
-        parameters = model, place, which, exists
-        turn = falling_zero(lambda s, parameters: level(s, parameters)[1], bracket, parameters)
-        return level(turn, parameters)[0]
+    everything = falls, at
+    begin = _Highest(jnp.int32(0), s[0], jnp.full_like(s[0], -jnp.inf))
+    count = jnp.sum(exists, dtype=jnp.int32)
+    return jax.lax.while_loop(
+        lambda best: best.number < count, after_next, alike(begin, everything)
+    ).s
 
-    columns = path.t, record.log.mode, path.expansion
-    places = jax.tree.map(lambda column: column[sought.row], columns)
-    slots, used = exists.shape[0], record.passes * (exists.shape[0] // path.t.shape[0])
-    every = places, sought.level, sought.bracket, exists
-    return map_rows(peak, every, used, min(CHUNK, slots))
+
+def _level(step: AbstractStep, s: Scalar, at: PyTree) -> tuple[Scalar, Scalar]:
+    """A level within a step, and its rate."""
+    model, (t, mode, expansion), which, exists = at
+    y = step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
+    value, rate, _ = (x[which] for x in levels_of(model, t + s, y, mode))
+    return value, jnp.where(exists, rate, -s)  # harmless where nothing turns
+
+
+def _rate(step: AbstractStep, s: Scalar, at: PyTree) -> Scalar:
+    return _level(step, s, at)[1]
 
 
 def _highest(

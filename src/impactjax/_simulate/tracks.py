@@ -35,7 +35,6 @@ class Nodes(NamedTuple):
     """Places in a step, in order, at each of which a track is looked at."""
 
     share: PerNode  # of the step
-    level: PerNode
     rate: PerNode
 
 
@@ -67,22 +66,17 @@ def nodes_of(
     def followed(levels: Float[Array, "steps nodes levels"]) -> PerNode:
         return jnp.take_along_axis(levels.swapaxes(1, 2), tracks.level[:, :, None], axis=1)
 
-    level, rate, growth = (
+    rate, growth = (
         followed(jnp.concatenate([a[:, None], b, c[:, None]], axis=1))
-        for a, b, c in zip(first, inner, last, strict=True)
+        for a, b, c in zip(first[1:], inner[1:], last[1:], strict=True)
     )
     hidden = closest_to_zero(rate, growth * path.h[:, None, None] / _PARTS)
-    more, more_rate, _ = _within(step, model, path, record, hidden)
-    own = tracks.level[:, :, None]
+    more = _within(step, model, path, record, hidden)[1]
+    more = jnp.take_along_axis(more, tracks.level[:, :, None], axis=2)
     share = jnp.concatenate([jnp.broadcast_to(ends, rate.shape), hidden[..., None]], axis=-1)
+    rate = jnp.concatenate([rate, more], axis=-1)
     order = jnp.argsort(share, axis=-1)
-
-    def in_order(at_ends: PerNode, more: Float[Array, "steps tracks levels"]) -> Array:
-        both = jnp.concatenate([at_ends, jnp.take_along_axis(more, own, axis=2)], axis=-1)
-        return jnp.take_along_axis(both, order, axis=-1)
-
-    share = jnp.take_along_axis(share, order, axis=-1)
-    return Nodes(share, in_order(level, more), in_order(rate, more_rate))
+    return Nodes(*(jnp.take_along_axis(x, order, axis=-1) for x in (share, rate)))
 
 
 def _within(
