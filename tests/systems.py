@@ -1,14 +1,35 @@
-"""One table of systems for all engine tests: name → model from a parameter vector, and values."""
+"""Systems for all tests of the engine: a table of them, and an oscillator of one's own."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 import diffrax
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, ArrayLike
 
 import impactjax as ij
+
+
+class Own(ij.AbstractOscillator):
+    """Somebody's own oscillator on a straight line: x″ = law(t, x, x′, *constants)."""
+
+    law: Callable[..., Array] = eqx.field(static=True)
+    constants: tuple[ArrayLike, ...] = ()
+    mass: Array = eqx.field(default=1.0, converter=jnp.asarray)
+
+    def acceleration(self, t, position, velocity):
+        return self.law(t, position, velocity, *self.constants)
+
+    def resistance(self, speed):
+        del speed
+
+    def lever(self):
+        return jnp.ones_like(self.mass)
+
+    def is_angle(self):
+        return False
 
 
 class Case(NamedTuple):

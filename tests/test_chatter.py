@@ -7,6 +7,7 @@ import pytest
 from mpmath import findroot, mp, mpf
 
 import impactjax as ij
+from systems import Own
 
 
 def simulated(model, start, ts):
@@ -112,34 +113,15 @@ def test_a_push_that_changes_with_time_also_about_its_extremum(phase):
     assert abs(run.rests.begin[0] - expected) <= 1e-8 * expected
 
 
-class Coil(ij.AbstractOscillator):
+def coil(t, x, v):
     """A spring whose force is found by a loop, which has no bounds."""
-
-    omega_n: jax.Array
-    mass: jax.Array
-
-    def acceleration(self, t, position, velocity):
-        del t, velocity
-
-        def closer(_, force):
-            return force + (position - force) / 2
-
-        return -(self.omega_n**2) * jax.lax.fori_loop(0, 60, closer, jnp.zeros_like(position))
-
-    def resistance(self, speed):
-        del speed
-
-    def lever(self):
-        return jnp.ones_like(self.mass)
-
-    def is_angle(self):
-        return False
+    del t, v
+    start = jnp.zeros_like(x)
+    return -100.0 * jax.lax.fori_loop(0, 60, lambda _, force: force + (x - force) / 2, start)
 
 
 def test_an_oscillator_without_bounds_is_followed_impact_by_impact():
-    model = ij.ImpactOscillator(
-        Coil(jnp.asarray(10.0), jnp.asarray(1.0)), ij.Stop(ij.Restitution(0.4), -0.05)
-    )
+    model = ij.ImpactOscillator(Own(law=coil), ij.Stop(ij.Restitution(0.4), -0.05))
     run = ij.simulate(
         model, ij.InitialState(0.1), jnp.array([2.0]), t0=0.0, max_steps=1024, max_impacts=256
     )

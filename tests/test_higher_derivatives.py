@@ -4,39 +4,24 @@ import functools
 import itertools
 
 import diffrax
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from jaxtyping import Array
 
 import impactjax as ij
 from impactjax._simulate.polynomial import polynomial
+from systems import Own
 
 MODES = {"forward": jax.jacfwd, "reverse": jax.jacrev}
 
 
-class Lightened(ij.AbstractOscillator):
-    """A ball that grows lighter with time: x″ = lift t − gravity. Its flights are cubics, which
-    both steps below integrate exactly.
+def lightened(t, x, v, gravity, lift):
+    """A ball that grows lighter with time: its flights are cubics, which both steps below
+    integrate exactly.
     """
-
-    gravity: Array
-    lift: Array
-    mass: Array = eqx.field(default=1.0, converter=jnp.asarray)
-
-    def acceleration(self, t, position, velocity):
-        return self.lift * t - self.gravity
-
-    def resistance(self, speed):
-        return None
-
-    def lever(self):
-        return jnp.ones_like(self.mass)
-
-    def is_angle(self):
-        return False
+    del x, v
+    return lift * t - gravity
 
 
 EXACT = {"Taylor": ij.TaylorStep(order=4), "Bosh3": ij.RungeKutta(diffrax.Bosh3())}
@@ -47,7 +32,9 @@ def told(step, parameters):
     """All that is told of a drop, in one vector; its flights are exact at any tolerance."""
     r, height, gravity, lift = parameters
     run = ij.simulate(
-        ij.ImpactOscillator(Lightened(gravity=gravity, lift=lift), ij.Stop(ij.Restitution(r))),
+        ij.ImpactOscillator(
+            Own(law=lightened, constants=(gravity, lift)), ij.Stop(ij.Restitution(r))
+        ),
         ij.InitialState(height),
         jnp.array(SAMPLES),
         t0=0.0,

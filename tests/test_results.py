@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,6 +11,7 @@ from jaxtyping import Array
 import impactjax as ij
 from impactjax._simulate import taylor_step
 from impactjax._simulate.crossing import Crossing
+from systems import Own
 
 TIMES = np.linspace(0.0, 1.0, 6)
 RESULTS = ij.RESULTS
@@ -87,26 +87,6 @@ def test_samples_after_the_failure_are_nan_and_those_before_are_right():
         assert np.all(np.isnan(run.position[names.index(name)][1:]))
 
 
-class _Runaway(ij.AbstractOscillator):
-    """x'' = 6 x²: from x = 1, x' = 2 it is (1 - t)⁻², infinite at t = 1."""
-
-    mass: Array = eqx.field(
-        converter=ij.as_parameter, metadata=ij.parameter("kg", above=0), default=1.0
-    )
-
-    def acceleration(self, t, position, velocity):
-        return 6 * position**2
-
-    def resistance(self, speed):
-        return None
-
-    def lever(self):
-        return jnp.ones_like(self.mass)
-
-    def is_angle(self):
-        return False
-
-
 def test_a_step_that_sees_no_stop_is_caught(monkeypatch):
     def nothing(coefficients, settle, margin=0.0):
         return Crossing(jnp.full_like(coefficients[0], jnp.inf), jnp.zeros_like(settle))
@@ -119,7 +99,8 @@ def test_a_step_that_sees_no_stop_is_caught(monkeypatch):
 
 
 def test_a_run_into_infinity_says_that_the_step_became_too_small():
-    model = ij.ImpactOscillator(_Runaway())
+    """x″ = 6 x²: from x = 1, x′ = 2 it is (1 − t)⁻², infinite at t = 1."""
+    model = ij.ImpactOscillator(Own(law=lambda t, x, v: 6 * x**2))
     run = ij.simulate(model, ij.InitialState(1.0, 2.0), 2 * TIMES, max_steps=4096)
     assert run.result == RESULTS.step_too_small
     np.testing.assert_allclose(run.position[:3], 1 / (1 - 2 * TIMES[:3]) ** 2, rtol=1e-6)

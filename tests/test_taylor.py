@@ -1,6 +1,5 @@
 """Series from the vector field's own program against mpmath's of closed forms."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import mpmath
@@ -9,6 +8,7 @@ import pytest
 
 import impactjax as ij
 from impactjax._simulate.taylor import NotAnalytic, solution_series
+from systems import Own
 
 ORDER, START, UNIT = 12, 0.3, 0.5
 
@@ -137,28 +137,8 @@ def test_what_has_no_series_is_refused_in_words(function, word):
     assert "RungeKutta()" in str(caught.value)
 
 
-class Spiked(ij.AbstractOscillator):
-    """x'' = -|x|: somebody's own oscillator, without a series."""
-
-    mass: jax.Array = eqx.field(
-        converter=ij.as_parameter, metadata=ij.parameter("kg", above=0), default=1.0
-    )
-
-    def acceleration(self, t, position, velocity):
-        return -jnp.abs(position)
-
-    def resistance(self, speed):
-        return None
-
-    def lever(self):
-        return jnp.ones_like(self.mass)
-
-    def is_angle(self):
-        return False
-
-
 def test_a_model_without_a_series_takes_a_runge_kutta_step_unless_asked():
-    model = ij.ImpactOscillator(Spiked())
+    model = ij.ImpactOscillator(Own(law=lambda t, x, v: -jnp.abs(x)))
     ts = jnp.linspace(0.0, 1.0, 5)
     run = ij.simulate(model, ij.InitialState(1.0), ts)
     np.testing.assert_allclose(run.position, np.cos(ts), atol=1e-7)

@@ -162,24 +162,29 @@ def test_a_turn_with_dry_friction_before_a_stop():
     check([x[:, None] for x in found], 1.04 - releases[:, None], -jnp.ones((32, 1)), rtol=1e-9)
 
 
+def first_contact(oscillator, law, initial):
+    """Deepest penetration and peak force of the first impact, by a Runge-Kutta step."""
+    run = ij.simulate(
+        ij.ImpactOscillator(oscillator, ij.Stop(law)),
+        initial,
+        jnp.array([0.5]),
+        t0=0.0,
+        step=ij.RungeKutta(diffrax.Tsit5()),
+        tolerance=1e-9,
+        max_steps=256,
+        max_impacts=4,
+    )
+    log = run.impacts
+    return jnp.stack([log.deepest_penetration[0], log.peak_force[0]])
+
+
 def test_turns_with_drag_on_a_spring_of_hertz():
     """A ball of 1 kg; its speed at the floor is √(g (1 − e^(−2 c h))/c)."""
     drag, gravity, k = 0.1, 9.81, 1e4
 
     def told(height):
         ball = ij.BouncingBall(gravity, drag=drag)
-        run = ij.simulate(
-            ij.ImpactOscillator(ball, ij.Stop(ij.Hertz(k))),
-            ij.InitialState(height),
-            jnp.array([0.5]),
-            t0=0.0,
-            step=ij.RungeKutta(diffrax.Tsit5()),
-            tolerance=1e-9,
-            max_steps=256,
-            max_impacts=4,
-        )
-        log = run.impacts
-        return jnp.stack([log.deepest_penetration[0], log.peak_force[0]])
+        return first_contact(ball, ij.Hertz(k), ij.InitialState(height))
 
     def reference(height):
         speed = np.sqrt(gravity * (1 - np.exp(-2 * drag * height)) / drag)
@@ -207,18 +212,7 @@ def test_turns_of_a_damping_whose_slope_is_infinite_at_touch():
     def told(parameters):
         k, c, speed = parameters
         law = ij.PowerLaw(k, c, 1.5, 0.25, 1.0)
-        run = ij.simulate(
-            ij.ImpactOscillator(ij.FreeMass(mass), ij.Stop(law)),
-            ij.InitialState(0.0, -speed),
-            jnp.array([0.5]),
-            t0=0.0,
-            step=ij.RungeKutta(diffrax.Tsit5()),
-            tolerance=1e-9,
-            max_steps=256,
-            max_impacts=4,
-        )
-        log = run.impacts
-        return jnp.stack([log.deepest_penetration[0], log.peak_force[0]])
+        return first_contact(ij.FreeMass(mass), law, ij.InitialState(0.0, -speed))
 
     def reference(c):
         k, _, speed = np.asarray(start)

@@ -34,7 +34,7 @@ def known(tree: T) -> T:
 
 
 def namespace(*trees: PyTree) -> ModuleType:
-    """What computes with some numbers: NumPy, if all are its own."""
+    """The module that computes with some numbers: NumPy, if all are its own."""
     of_jax = any(isinstance(leaf, jax.Array) for leaf in jax.tree.leaves(trees))
     return jnp if of_jax else np
 

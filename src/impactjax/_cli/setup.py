@@ -181,7 +181,7 @@ def _check_quantity(file: File, oscillator: str) -> None:
 
 
 def _check_values(file: File, oscillator: str, sensor: Sensor, laws: Sequence[str] | None) -> None:
-    """That what is fixed, free, and where to start can be, for any of the laws to be tried."""
+    """Checks what is fixed, what is free and where to start, for all laws to be tried."""
     given, free = {**file.sidecar.start, **file.sidecar.fixed}, file.sidecar.fit.free
     tried = laws or file.sidecar.system.laws or USUAL_LAWS
     tried = [law for law in tried if law in LAWS]

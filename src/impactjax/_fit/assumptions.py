@@ -1,4 +1,4 @@
-"""What nobody stated and a fit takes as given, and which of its values rest on that.
+"""Assumptions of a fit that nobody stated, and the values that rest on them.
 
 A record in radians and seconds knows neither a metre nor a kilogram. What it tells of a parameter
 with these in its unit rests on the lever and the mass that turn an angle into a length and a force;
@@ -35,7 +35,7 @@ class Assumption(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """What is assumed: "length = 0.0512 m (not stated; g / omega_n², ...)"."""
+        """The assumption in words: "length = 0.0512 m (not stated; g / omega_n², ...)"."""
         return f"{self.name} = {self.value:.4g} {self.unit} (not stated; {self.reason})"
 
 
@@ -91,7 +91,7 @@ def rests(
     names: tuple[str, ...],
     assumed: Collection[Assumption],
 ) -> dict[str, Rest]:
-    """Which of some fitted parameters rest on what is assumed, and how.
+    """The fitted parameters that rest on assumptions, and how.
 
     Where the record, or a value that was stated, knows the scale itself, all values follow the
     assumption in ways of their own; they cannot be freed from it.
@@ -118,7 +118,7 @@ def rests(
 
 
 def given_words(rest: Rest | None) -> str:
-    """What goes behind the verdict on a value: ", given length"; nothing if it rests on nothing."""
+    """Words behind the verdict on a value: ", given length"; none if it rests on nothing."""
     return "" if rest is None else f", given {' and '.join(rest.on)}"
 
 

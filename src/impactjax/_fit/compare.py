@@ -191,7 +191,7 @@ def _check_names(setup: Setup, laws: Sequence[str]) -> None:
 def _check_setup(
     recording: AnyRecording, setup: Setup, variants: Sequence[tuple[str, bool]]
 ) -> None:
-    """That all that is said of parameters can be: of one that only other laws have, too."""
+    """Checks what is said of parameters, of those that only other laws have too."""
     given = [*setup.fixed.items(), *setup.start.items()]
     asked = dict.fromkeys([*setup.fixed, *setup.start, *setup.free])
     if not asked:
@@ -242,7 +242,7 @@ def _problem(recording: AnyRecording, setup: Setup, law: str, dry: bool) -> Prob
 
 
 def _system(seen: FirstEstimates, setup: Setup, law: str) -> System:
-    """What a recording shows at first sight, with a law."""
+    """The system that a recording shows at first sight, with a law."""
     stop = None if law == NO_LAW else Stop(LAWS[law](seen))
     sensor = Sensor() if setup.sensor is None else setup.sensor
     return System(ImpactOscillator(seen.oscillator, stop), seen.initial, Start(0.0), sensor)

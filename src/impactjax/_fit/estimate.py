@@ -97,7 +97,7 @@ class Estimate(eqx.Module, Generic[P]):
 
     @property
     def usable(self) -> Bool[AnyArray, "..."]:
-        """Whether the search converged and the model does not plainly miss the record. Otherwise
+        """A search that converged, on a model that does not plainly miss the record. Otherwise
         nothing is identified.
         """
         return self.converged & (self.misfit == 0)
@@ -184,7 +184,7 @@ def _between(quoted: str) -> str:
 
 
 def _resting(estimate: Estimate) -> dict[str, Rest]:
-    """What each value rests on that has its default; of several recordings nothing is said."""
+    """The assumptions behind each value; none are listed for several recordings."""
     problem = estimate.problem
     if not isinstance(problem, Problem):
         return {}

@@ -1,4 +1,4 @@
-"""The one program of all searches whose numbers are known: what a point tells."""
+"""Evaluation of a point: the one program of all searches whose numbers are known."""
 
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
@@ -17,7 +17,7 @@ Parts = Bool[AnyArray, "parts observations"]
 
 
 class Evaluated(NamedTuple):
-    """What a point tells.
+    """The answer at a point, and the sums of squares that follow from it.
 
     - `quadratics`: the sums of squares of the parts of the observations around it.
     """
@@ -31,7 +31,7 @@ Evaluate: TypeAlias = Callable[[AbstractProblem, Vector, Parts, Flag], Evaluated
 
 @eqx.filter_jit
 def evaluate(problem: AbstractProblem, u: Vector, parts: Parts, logged: Flag) -> Evaluated:
-    """What a point in the optimiser's coordinates tells, with the impact log if that is wanted.
+    """Evaluates a point in the optimiser's coordinates, with the impact log if that is wanted.
 
     A lane alone: it takes half the time to compile that a batch would, and no longer to run.
     """

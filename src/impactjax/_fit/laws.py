@@ -33,7 +33,7 @@ def _kelvin_voigt(seen: FirstEstimates) -> KelvinVoigt:
 
 
 def _stiffness(seen: FirstEstimates, n: float) -> float:
-    """Of a spring k δⁿ whose contact, were there no damping, lasts as long as was guessed."""
+    """Stiffness of a spring k δⁿ whose contact, without damping, lasts as long as was guessed."""
     m, v = float(seen.oscillator.mass), seen.speed
     duration = math.pi / seen.contact_frequency
     deepest = (n + 1) * v * duration / (2 * special.beta(1 / 2, 1 / (n + 1)))

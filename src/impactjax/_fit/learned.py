@@ -55,7 +55,7 @@ class Task(eqx.Module):
         return answer._replace(jacobian=jacobian)
 
     def cost(self, numbers: Numbers) -> Scalar:
-        """Of that system, by the problem's loss."""
+        """The cost of that system, by the problem's loss."""
         answer = self.problem.simulated(self.system(numbers))
         return jnp.sum(self.problem.loss.cost(answer.residuals))
 

@@ -40,7 +40,8 @@ class Quadratic(eqx.Module):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Objective(Generic[T]):
-    """What is minimised: over one part of the observations after the other, the last the whole.
+    """The function to be minimised, over one part of the observations after the other; the last
+    part is the whole.
 
     - `around`: the sum of squares of a part around a point, from the answer of its evaluation.
     - `onwards`: where the search of the next part starts if that of the last one ends at a point.
@@ -53,7 +54,7 @@ class Objective(Generic[T]):
 
 
 class Bounds(NamedTuple):
-    """What holds a search back.
+    """Limits of a search.
 
     - `active`: which parameters may move at all.
     - `reach`: the farthest that each may move at once.
@@ -252,6 +253,6 @@ def _predicted(quadratic: Quadratic, move: Vector) -> Number:
 
 
 def _expected_gain(quadratic: Quadratic, moving: Mask) -> Number:
-    """What a step of Gauss and Newton would gain, gᵀ H⁻¹ g / 2."""
+    """The gain of a step of Gauss and Newton, gᵀ H⁻¹ g / 2."""
     scale = _diagonal(quadratic.curvature)
     return quadratic.gradient @ _damped(quadratic, moving, scale, _LEAST_DAMPING) / 2

@@ -1,4 +1,4 @@
-"""What is assumed of the residuals: how much the values found vary from record to record."""
+"""Models of the noise: how much the values found vary from record to record."""
 
 import abc
 

@@ -65,7 +65,7 @@ class AbstractProblem(eqx.Module):
 
     @abc.abstractmethod
     def assumed(self) -> Assumed:
-        """What is assumed of the residuals."""
+        """The assumptions about the residuals."""
 
     @abc.abstractmethod
     def handles(self) -> dict[str, Handle]:

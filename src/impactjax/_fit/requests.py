@@ -19,7 +19,7 @@ from impactjax._model.parameter import Range, as_parameter
 
 
 def check_observable(experiment: Experiment) -> None:
-    """That the oscillator and its stops have what was recorded."""
+    """Checks that the oscillator and its stops have what was recorded."""
     if isinstance(experiment.recording, ImpactTimes):
         return
     quantity, model = experiment.recording.quantity, experiment.model
@@ -35,7 +35,7 @@ def check_observable(experiment: Experiment) -> None:
 
 
 def check_requests(experiment: Experiment, system: System) -> None:
-    """That all names are known, each asked for once, and that ties can be worked out."""
+    """Checks that all names are known, each asked for once, and that ties can be worked out."""
     known = handles(system)
     asked = {"fixed": experiment.fixed, "free": experiment.free, "ties": tuple(experiment.ties)}
     seen: dict[str, str] = {}
@@ -64,7 +64,7 @@ def check_requests(experiment: Experiment, system: System) -> None:
 
 
 def check_value(name: str, value: ArrayLike, allowed: Range) -> None:
-    """That a parameter may have a value, as far as it is known by now."""
+    """Checks that a parameter may have a value, as far as it is known by now."""
     number = as_parameter(value)
     if number.ndim != 0:
         raise ValueError(f"`{name}` must be one number, but its shape is {number.shape}.")
@@ -73,7 +73,7 @@ def check_value(name: str, value: ArrayLike, allowed: Range) -> None:
 
 
 def check_known(name: str, known: Collection[str]) -> None:
-    """That there is a parameter of that name; the sentence says which one may be meant."""
+    """Checks that there is a parameter of that name; the sentence says which one may be meant."""
     if name in known:
         return
     close = difflib.get_close_matches(name, known, 1)
@@ -82,7 +82,7 @@ def check_known(name: str, known: Collection[str]) -> None:
 
 
 def check_declared(system: System, found: Collection[int] = ()) -> None:
-    """That each number of the model is a parameter with a name and a range, or found otherwise.
+    """Checks that each number of the model is a declared parameter, or found otherwise.
 
     Arrays of several numbers are weights, for `learn` to find.
 

@@ -106,7 +106,7 @@ def _spread(
 
 
 def _quantile(freedom: Scalar, most: int) -> Scalar:
-    """That of Student's distribution for a 95 % interval."""
+    """The 97.5 % quantile of Student's distribution."""
     whole = np.arange(1.0, most + 1)
     table = special.stdtrit(whole, 0.975)
     whole, table = jnp.asarray(whole, freedom.dtype), jnp.asarray(table, freedom.dtype)

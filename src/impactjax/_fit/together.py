@@ -154,7 +154,7 @@ def _named(
 
 
 def _size(alone: Estimate[Problem]) -> Scalar:
-    """Of the noise, as a recording alone shows it."""
+    """Size of the noise, as a recording alone shows it."""
     known = alone.problem.variance()
     if known is not None:
         return jnp.sqrt(known)
@@ -163,7 +163,7 @@ def _size(alone: Estimate[Problem]) -> Scalar:
 
 
 def _sizes(estimate: Estimate[JointProblem]) -> tuple[Scalar, ...]:
-    """Of the noise, as the joint fit shows it."""
+    """Size of the noise of each recording, as the joint fit shows it."""
     joint, found = estimate.problem, []
     dtype = estimate.residuals.dtype
     share = 1 - len(joint.names) / joint.observations.astype(dtype)

@@ -40,7 +40,7 @@ class Spread(eqx.Module):
         return xp.where(missing.any(axis=-1), xp.inf, size)
 
     def part(self, indices: Int[np.ndarray, " own"]) -> "Spread":
-        """That of some of the parameters, while the others are found from the same data."""
+        """The spread of some of the parameters, while the others are found from the same data."""
         return Spread(self.axes[:, indices], self.errors)
 
 

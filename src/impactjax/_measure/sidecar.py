@@ -144,7 +144,7 @@ def _wrong_entry(table: dict[str, Any]) -> str:
 
 
 def _check_sensor(path: Path, text: str, sensor: SensorTable) -> None:
-    """That a low-pass is given in one way, and wholly."""
+    """Checks that a low-pass is given in one way, and wholly."""
     key, place = "impulse_response", line_of(text, "impulse_response")
     if (sensor.impulse_response is None) != (sensor.interval is None):
         place = line_of(text, "interval") if place is None else place

@@ -26,6 +26,6 @@ def unreadable(path: Path, error: OSError) -> FileError:
 
 
 def check_is_file(path: Path) -> None:
-    """That a path leads to a file that ends. Raises `FileError`."""
+    """Checks that a path leads to a file that ends. Raises `FileError`."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise FileError(path, None, "it is no ordinary file", "copy what it gives into one")

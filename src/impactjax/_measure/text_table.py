@@ -75,7 +75,7 @@ def _blank_rows(path: Path, lines: list[str], separator: str, skip_rows: int) ->
 
 
 def _check_widths(path: Path, kept: _Rows, separator: str) -> None:
-    """That no row has more cells than the first; empty ones at its end do not count."""
+    """Checks that no row has more cells than the first; empty ones at its end do not count."""
     width = len(kept[0][1])
     for line, row in kept:
         while len(row) > width and not row[-1]:

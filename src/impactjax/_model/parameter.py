@@ -106,12 +106,12 @@ class Requirement(NamedTuple):
 
 
 def range_requirements(part: eqx.Module) -> list[Requirement]:
-    """That each parameter of a part is in its range."""
+    """The requirements that each parameter of a part is in its range."""
     return [_in_range(name, getattr(part, name), allowed) for name, allowed in ranges(part).items()]
 
 
 def is_positive(name: str, value: Float[Array, "..."]) -> Requirement:
-    """That an argument is a finite number greater than zero."""
+    """The requirement that an argument is a finite number greater than zero."""
     return _in_range(name, value, Range("", 0.0, math.inf, excludes_low=True, known=False))
 
 

@@ -43,7 +43,7 @@ class Given(NamedTuple):
     own: dict[str, OwnValue]
 
     def words(self, name: str) -> str:
-        """What goes behind the verdict on a parameter: ", given length", or nothing."""
+        """Words behind the verdict on a parameter: ", given length", or none."""
         return given_words(self.rests.get(name))
 
 
@@ -155,7 +155,7 @@ def _own_values(
 
 
 def _steps(estimate: Estimate) -> np.ndarray:
-    """Of each parameter, to differentiate smooth powers by central differences."""
+    """Steps of the parameters, to differentiate smooth powers by central differences."""
     values = np.asarray(estimate.values)
     share = float(np.cbrt(np.finfo(values.dtype).eps))
     return np.where(values == 0, share, share * np.abs(values)).astype(float)

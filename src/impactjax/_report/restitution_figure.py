@@ -115,7 +115,7 @@ def restitution_curve(
 
 
 def _errors(told: Information, slopes: Float[np.ndarray, "speeds parameters"]) -> np.ndarray:
-    """Of a function of the contact's parameters, from its derivatives."""
+    """Standard errors of a function of the contact's parameters, from its derivatives."""
     own = np.array(told.of_model)
     return np.asarray(told.directions.error((slopes * told.scale)[:, own]))
 

@@ -57,7 +57,7 @@ class Tail(NamedTuple):
         return self.flight / (1 - self.ratio)
 
     def height(self) -> Scalar:
-        """Of the first flight."""
+        """Height of the first flight."""
         return self.speed**2 / (2 * self.rising)
 
 

@@ -40,7 +40,7 @@ def free_acceleration(model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
 
 
 def _penetration(model: ImpactOscillator, wall: Wall, y: State) -> tuple[Scalar, Scalar]:
-    """Of a stop [m], and its rate [m/s].
+    """Penetration of a stop [m], and its rate [m/s].
 
     The sign is turned last: with a lever of 1 the compiler sees a sine of the clearance as one that
     the oscillator may have taken.

@@ -74,7 +74,7 @@ def _hull(values: list[Array]) -> Interval:
 
 
 def _of_corners(same: Map, operands: list[Operand]) -> Interval:
-    """Of a map that is monotone in each operand, whichever the others: at the corners."""
+    """Bounds of a map that is monotone in each operand, whichever the others: at the corners."""
     corners = [()]
     for operand in operands:
         ends = tuple(operand) if isinstance(operand, Interval) else (operand,)
@@ -83,7 +83,7 @@ def _of_corners(same: Map, operands: list[Operand]) -> Interval:
 
 
 def _rising(same: Map, params: dict, operands: list[Operand]) -> Interval:
-    """Of a map that rises in all its operands, or moves them about."""
+    """Bounds of a map that rises in all its operands, or moves them about."""
     del params
     each = [_widened(operand) for operand in operands]
     return Interval(same(*[side.low for side in each]), same(*[side.high for side in each]))
@@ -123,7 +123,7 @@ def _multiply(same: Map, params: dict, operands: list[Operand]) -> Interval:
 
 
 def _even(same: Map, params: dict, operands: list[Operand]) -> Interval:
-    """Of a map that rises with the distance of its operand from zero."""
+    """Bounds of a map that rises with the distance of its operand from zero."""
     del params
     low, high = _widened(operands[0])
     far = jnp.maximum(jnp.abs(low), jnp.abs(high))
@@ -174,7 +174,7 @@ def _cosine(same: Map, params: dict, operands: list[Operand]) -> Interval:
 
 
 def _wave(angle: Interval, wave: Map, crest: float) -> Interval:
-    """Of a sine that has a maximum at `crest`."""
+    """Bounds of a sine that has a maximum at `crest`."""
 
     def holds(place: float) -> Array:
         turn = jnp.ceil((angle.low - place) / (2 * math.pi))
@@ -187,7 +187,7 @@ def _wave(angle: Interval, wave: Map, crest: float) -> Interval:
 
 
 def _less(same: Map, params: dict, operands: list[Operand]) -> Interval:
-    """Of `a < b`: sure where it holds for the ends that make it the hardest."""
+    """Truth of `a < b`: sure where it holds for the ends that make it the hardest."""
     del params
     a, b = (_widened(operand) for operand in operands)
     return Interval(same(a.high, b.low), same(a.low, b.high))
@@ -213,7 +213,7 @@ def _select(same: Map, params: dict, operands: list[Operand]) -> Interval:
 
 
 def _contract(same: Map, params: dict, operands: list[Operand]) -> Interval:
-    """Of a product of arrays, from the middle and the radius of each."""
+    """Bounds of a product of arrays, from the middle and the radius of each."""
     del params
     sides = [_widened(operand) for operand in operands]
     middle, other = (side.low + side.width() / 2 for side in sides)

@@ -49,7 +49,7 @@ def magnification(
     flight = jnp.where(flying, jnp.where(begins, number, number + 1), steps)
 
     def highest(start: PerStep, end: PerStep) -> PerStep:
-        """Of all steps in the flight that each step belongs to."""
+        """The greatest value in the flight that each step belongs to."""
         values = jnp.maximum(start, end)
         of_flight = jnp.full(steps, -jnp.inf, values.dtype).at[flight].max(values, mode="drop")
         return of_flight.at[flight].get(mode="fill", fill_value=0)

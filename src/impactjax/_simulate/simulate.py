@@ -184,7 +184,7 @@ def _simulate(
 
 
 def _if_asked(logged: Flag, tell: Callable[..., Impacts]) -> Callable[..., Impacts]:
-    """What a function tells where it is asked for, and zeros elsewhere; without derivatives."""
+    """The result of a function where it is asked for, and zeros elsewhere; without derivatives."""
 
     def told(*where: PyTree) -> Impacts:
         where = jax.lax.stop_gradient(where)
