@@ -273,9 +273,9 @@ def _see(
     end, start = draw.times[-1], _start(each, draw, motion)
     speed = max(float(np.max(np.abs(motion.velocity.real))), motion.fastest, 1e-12)
 
-    def allowed(change: Vector, values: Vector, size: float) -> Vector:
+    def allowed(change: Vector, values: Vector, size: Vector | float) -> Vector:
         if not is_value:
-            size = max(size, float(np.max(np.abs(values.imag), initial=0.0)))
+            size = np.maximum(size, np.max(np.abs(values.imag), initial=0.0))
         return FACTOR * (tolerance * size + part(change)) + 1e-300
 
     x, v = motion.position, motion.velocity
@@ -287,11 +287,15 @@ def _see(
     )
     worst.see("velocity", source["velocity"] - part(v), allowed(spread.velocity, v, speed) + jump)
     rows, beside = pairs
-    fastest = float(np.max(motion.impacts["approach_speed"].real, initial=0.0))
+    speeds = motion.impacts["approach_speed"].real
+    fastest = float(np.max(speeds, initial=0.0))
+    # a change δE of the energy in flight changes a speed v by δE / v
+    slow = fastest**2 / np.clip(np.abs(speeds[rows]), 1e-300, None)
     sizes = {
         "time": end,
         "restitution": 1.0,
-        "separation_speed": fastest,
+        "approach_speed": slow,
+        "separation_speed": slow,
         "energy_lost": fastest**2 * draw.parameters[ph.MASS],
     }
     for name in COLUMNS:
