@@ -20,7 +20,7 @@ from impactjax._simulate.chunks import CHUNK, map_some
 from impactjax._simulate.falling_zero import Bracket, falling_zero
 from impactjax._simulate.flow import walls
 from impactjax._simulate.lane import Record
-from impactjax._simulate.levels import heights, is_compliant, levels_of
+from impactjax._simulate.levels import chosen, heights, is_compliant, levels_of
 from impactjax._simulate.replay import Path
 from impactjax._simulate.sliding import Sliding
 from impactjax._simulate.state import Phase
@@ -68,9 +68,9 @@ class _Falls(NamedTuple):
 
 
 class _Highest(NamedTuple):
-    """The highest turn so far, after a number of them."""
+    """The highest turn in the parts up to one."""
 
-    number: Int[Array, ""]
+    part: Int[Array, ""]
     s: Scalar
     level: Scalar
 
@@ -144,7 +144,7 @@ def _at_ends(
     start = jax.tree.map(lambda a, b: jnp.where(starts, a, b), path.y, harmless)
     end = jax.tree.map(lambda a, b: jnp.where(open_ended & log.taken, a, b), path.end, start)
     both = (jax.vmap(functools.partial(heights, model))(y) for y in (start, end))
-    start, end = (jnp.take_along_axis(levels, tracks.level, axis=1) for levels in both)
+    start, end = (chosen(levels[:, None], tracks.level) for levels in both)
     return start, end
 
 
@@ -183,30 +183,30 @@ def _turns(
 def _highest_turn(step: AbstractStep, falls: _Falls, at: PyTree) -> Scalar:
     """When the level is highest of all its turns within a step, as a plain number."""
     (s, rate, exists), at = jax.lax.stop_gradient((falls, at))
-    first = jnp.argsort(~exists)  # those that exist
+    number = jnp.arange(exists.shape[0], dtype=jnp.int32)
+
+    def left(best: _Highest) -> Bool[Array, " parts"]:
+        return exists & (number > best.part)
 
     def after_next(best: _Highest) -> _Highest:
-        part = first[best.number]
+        part = jnp.argmax(left(best)).astype(jnp.int32)
         bracket = Bracket(s[part], rate[part], s[part + 1], rate[part + 1])
         turn = falling_zero(functools.partial(_rate, step), bracket, at)
         level = _level(step, turn, at)[0]
         higher = level > best.level
         either = jnp.where(higher, turn, best.s), jnp.where(higher, level, best.level)
-        return alike(_Highest(best.number + 1, *either), everything)
+        return alike(_Highest(part, *either), everything)
 
     everything = falls, at
-    begin = _Highest(jnp.int32(0), s[0], jnp.full_like(s[0], -jnp.inf))
-    count = jnp.sum(exists, dtype=jnp.int32)
-    return jax.lax.while_loop(
-        lambda best: best.number < count, after_next, alike(begin, everything)
-    ).s
+    begin = alike(_Highest(jnp.int32(-1), s[0], jnp.full_like(s[0], -jnp.inf)), everything)
+    return jax.lax.while_loop(lambda best: jnp.any(left(best)), after_next, begin).s
 
 
 def _level(step: AbstractStep, s: Scalar, at: PyTree) -> tuple[Scalar, Scalar]:
     """A level within a step, and its rate."""
     model, (t, mode, expansion), which, exists = at
     y = step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
-    value, rate, _ = (x[which] for x in levels_of(model, t + s, y, mode))
+    value, rate, _ = (chosen(x, which) for x in levels_of(model, t + s, y, mode))
     return value, jnp.where(exists, rate, -s)  # harmless where nothing turns
 
 

@@ -4,7 +4,7 @@ import functools
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractForceLaw
@@ -28,6 +28,14 @@ def levels_of(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> tuple
 
     (levels, rates), (_, growth) = jax.jvp(with_rates, (t, y), (jnp.ones_like(t), flow(t, y)))
     return levels, rates, growth
+
+
+def chosen(levels: Float[Array, "... levels"], which: Int[Array, "..."]) -> Float[Array, "..."]:
+    """One of the levels at each place. By conditions: compilers make little of a gather."""
+    found = levels[..., 0]
+    for index in range(1, levels.shape[-1]):
+        found = jnp.where(which == index, levels[..., index], found)
+    return found
 
 
 def heights(model: ImpactOscillator, y: State) -> Levels:

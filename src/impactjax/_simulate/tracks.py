@@ -13,7 +13,7 @@ from impactjax._simulate.chunks import FEW_STEPS, map_rows
 from impactjax._simulate.dip import closest_to_zero
 from impactjax._simulate.flow import walls
 from impactjax._simulate.lane import Record
-from impactjax._simulate.levels import Levels, is_compliant, levels_of
+from impactjax._simulate.levels import Levels, chosen, is_compliant, levels_of
 from impactjax._simulate.replay import Path
 from impactjax._simulate.state import Mode, Phase
 from impactjax._simulate.step import AbstractStep
@@ -64,19 +64,27 @@ def nodes_of(
     inner = _within(step, model, path, record, shares)
 
     def followed(levels: Float[Array, "steps nodes levels"]) -> PerNode:
-        return jnp.take_along_axis(levels.swapaxes(1, 2), tracks.level[:, :, None], axis=1)
+        return chosen(levels[:, None], tracks.level[:, :, None])
 
     rate, growth = (
         followed(jnp.concatenate([a[:, None], b, c[:, None]], axis=1))
         for a, b, c in zip(first[1:], inner[1:], last[1:], strict=True)
     )
     hidden = closest_to_zero(rate, growth * path.h[:, None, None] / _PARTS)
-    more = _within(step, model, path, record, hidden)[1]
-    more = jnp.take_along_axis(more, tracks.level[:, :, None], axis=2)
-    share = jnp.concatenate([jnp.broadcast_to(ends, rate.shape), hidden[..., None]], axis=-1)
-    rate = jnp.concatenate([rate, more], axis=-1)
-    order = jnp.argsort(share, axis=-1)
-    return Nodes(*(jnp.take_along_axis(x, order, axis=-1) for x in (share, rate)))
+    more = chosen(_within(step, model, path, record, hidden)[1], tracks.level)
+    place = jnp.sum(ends <= hidden[..., None], axis=-1)
+    share = jnp.broadcast_to(ends, rate.shape)
+    return Nodes(_inserted(share, place, hidden), _inserted(rate, place, more))
+
+
+def _inserted(
+    column: PerNode, place: Int[Array, "steps tracks"], more: Float[Array, "steps tracks"]
+) -> PerNode:
+    """A column with one more node at some place."""
+    before = jnp.concatenate([column, column[..., -1:]], axis=-1)
+    after = jnp.concatenate([column[..., :1], column], axis=-1)
+    number, place = jnp.arange(before.shape[-1]), place[..., None]
+    return jnp.where(number < place, before, jnp.where(number == place, more[..., None], after))
 
 
 def _within(
