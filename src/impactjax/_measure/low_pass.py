@@ -92,9 +92,15 @@ def _mode(
     decay = jnp.exp(pole * h)
     gain = sum(a * moment for a, moment in zip(cubic, _moments(pole * h), strict=True))
     first = -values[0] / pole - rates[0] / pole**2
-    decays = jnp.concatenate([jnp.zeros_like(decay[:1]), decay])
-    gains = jnp.concatenate([first[None], gain * h])
-    return jax.lax.associative_scan(_chain, (decays, gains))[1]
+
+    def carried(mode: Complex[Array, ""], interval: tuple[Array, Array]) -> tuple[Array, Array]:
+        decay, gain = interval
+        mode = decay * mode + gain
+        return mode, mode
+
+    # One sample after the other: an associative scan runs 3 to 50 times longer on a CPU.
+    _, modes = jax.lax.scan(carried, first, (decay, gain * h))
+    return jnp.concatenate([first[None], modes])
 
 
 def _moments(z: Complex[Array, " intervals"]) -> list[Complex[Array, " intervals"]]:
@@ -109,7 +115,3 @@ def _moments(z: Complex[Array, " intervals"]) -> list[Complex[Array, " intervals
     for k in (3, 2, 1):
         downwards.insert(0, (little * downwards[0] + 1) / k)
     return [jnp.where(small, a, b) for a, b in zip(downwards, upwards, strict=True)]
-
-
-def _chain(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
-    return b[0] * a[0], b[0] * a[1] + b[1]
