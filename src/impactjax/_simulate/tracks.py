@@ -79,7 +79,7 @@ def nodes_of(
 
 def _inserted(
     column: PerNode, place: Int[Array, "steps tracks"], more: Float[Array, "steps tracks"]
-) -> PerNode:
+) -> Float[Array, "steps tracks nodes+1"]:
     """A column with one more node at some place."""
     before = jnp.concatenate([column, column[..., -1:]], axis=-1)
     after = jnp.concatenate([column[..., :1], column], axis=-1)
