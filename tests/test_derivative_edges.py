@@ -63,6 +63,26 @@ def test_a_single_sample_at_the_start_is_the_initial_state(step):
         np.testing.assert_array_equal(slope[2:, :3], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
+@pytest.mark.parametrize("steps", [128, 32], ids=["runs", "fails"])
+def test_what_overflows_beyond_the_end_of_a_step_has_no_derivative(steps):
+    """A ball thrown up against drag, x = ln(1 + d v t) / d. A step is followed to all times of a
+    block of samples, and the drag grows with the square of the speed.
+    """
+    drag, ts = 1e3, jnp.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 1.0])
+
+    def position(velocity):
+        ball = ij.ImpactOscillator(ij.BouncingBall(0.0, drag=drag), ij.Stop(ij.Restitution(0.5)))
+        start = ij.InitialState(0.0, velocity)
+        run = ij.simulate(ball, start, ts, step=ij.RungeKutta(), max_steps=steps)
+        return run.position, (run.result == ij.RESULTS.successful, jnp.isnan(run.position))
+
+    slopes, (fine, unknown) = jax.jit(jax.jacrev(position, has_aux=True))(10.0)
+    assert fine == (steps == 128)
+    assert fine == ~unknown[-1]
+    expected = jnp.where(unknown, 0.0, ts / (1 + drag * 10.0 * ts))
+    np.testing.assert_allclose(slopes, expected, rtol=1e-6)
+
+
 NAN = np.nan
 GOOD_TIMES = [0.1, 0.3, 0.5]
 # r, height, velocity, t0, times

@@ -12,7 +12,7 @@ from .compare import Ours, Verdict, compare
 from .package import cotangents, program
 from .reference import motions
 
-BATCH = 250  # runs of one call
+BATCH = 50  # runs of one call: their reverse derivatives take up to 90 MB each
 
 
 def _result_names() -> dict[int, str]:

@@ -65,7 +65,10 @@ def sample(
         def at(s: Scalar) -> State:
             return state_within(step, automaton, record.chatters, t, y, mode, expansion, s, delay)
 
-        return jax.vmap(at)(times[block] - begin)
+        # Far outside the step its state may overflow, and zero times that is no derivative.
+        s = times[block] - begin
+        end = jax.lax.stop_gradient(h) + 8 * jnp.finfo(h.dtype).eps * jnp.abs(begin)
+        return jax.vmap(at)(jnp.where((s >= 0) & (s <= end), s, 0.0))
 
     def column(part: Callable[[State], Array]) -> Samples:
         values = map_rows(
