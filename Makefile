@@ -1,17 +1,33 @@
 PYTHON ?= python3
 BIN := .venv/bin
+PYTEST := $(BIN)/pytest -n 2 --dist loadfile
 
-.PHONY: demo test clean
+.PHONY: demo quick test rest test-all clean
 .DELETE_ON_ERROR:
 
+# What most people look at first: a report on the recordings in data/.
 demo: .venv/installed
 	$(BIN)/python -m impactjax fit data/*.csv --out demo --force
 
-test: .venv/installed-for-tests
+# Language, types, and all that needs no simulation: while you write.
+quick: .venv/installed-for-tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/basedpyright
-	$(BIN)/pytest -n 2 --dist loadfile --nbmake --nbmake-timeout=600 tests notebooks
+	$(PYTEST) -m quick tests
+
+# What a change must pass: every capability, with the options of the compiler that a library user has.
+test: quick
+	$(PYTEST) -m "not quick and not thorough" --durations=20 tests
+
+# The other laws, steps and statistics, with the options that the command sets; and the notebooks.
+rest: .venv/installed-for-tests
+	XLA_FLAGS="$$($(BIN)/python -c 'from impactjax._cli.environment import FAST; print(FAST)')" \
+		$(PYTEST) -m thorough --durations=20 tests
+	$(PYTEST) --nbmake --nbmake-timeout=600 notebooks
+
+# Everything.
+test-all: test rest
 
 .venv/bin/python:
 	$(PYTHON) -m venv .venv

@@ -10,6 +10,9 @@ import pytest
 
 import impactjax as ij
 from impactjax._simulate.taylor import solution_series
+from tiers import quick
+
+pytestmark = quick
 
 
 class Own(ij.AbstractMemorylessLaw):

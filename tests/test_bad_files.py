@@ -12,6 +12,9 @@ from typer.testing import CliRunner
 import impactjax as ij
 from bad_files import GOOD, RECORDINGS, SIDECARS, Bad, beside, rows
 from impactjax._cli.main import app
+from tiers import quick
+
+pytestmark = quick
 
 CASES = {**RECORDINGS, **{f"sidecar, {name}": bad for name, bad in SIDECARS.items()}}
 IN_THE_COMMAND = ("oscillator", "parameter", "start", "law", "impossible")

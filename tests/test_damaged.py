@@ -9,6 +9,9 @@ from typer.testing import CliRunner
 import impactjax as ij
 from damage import READ, REFUSED, TS, XS, Damage
 from impactjax._cli.main import app
+from tiers import quick
+
+pytestmark = quick
 
 
 def write(damage: Damage, folder):

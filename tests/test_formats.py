@@ -9,6 +9,9 @@ import pytest
 from scipy import io
 
 import impactjax as ij
+from tiers import quick
+
+pytestmark = quick
 
 TS = np.arange(50) / 100
 DEGREES = 45 * np.cos(7 * TS)

@@ -6,6 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from impactjax._measure.heard import heard
+from tiers import quick
+
+pytestmark = quick
 
 
 def bounces(count, ratios, first=0.4, noise=0.0, seed=0):

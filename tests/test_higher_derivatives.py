@@ -12,6 +12,7 @@ import pytest
 import impactjax as ij
 from impactjax._simulate.polynomial import polynomial
 from systems import Own
+from tiers import thorough
 
 MODES = {"forward": jax.jacfwd, "reverse": jax.jacrev}
 
@@ -137,6 +138,7 @@ def orders(times):
     return list(itertools.product(MODES, repeat=times))
 
 
+@thorough
 @pytest.mark.parametrize(
     ("order", "step"),
     [

@@ -7,6 +7,7 @@ import pytest
 
 import impactjax as ij
 from impactjax._simulate.falling_zero import Bracket, falling_zero
+from tiers import thorough
 
 MASS, OMEGA0, GAMMA, SPEED = 0.02, 700.0, 0.2, 0.8
 
@@ -57,6 +58,7 @@ def test_their_derivatives():
     np.testing.assert_allclose(forward, backward, rtol=1e-12)
 
 
+@thorough
 def test_their_second_derivatives():
     ours = jax.jit(jax.jacfwd(jax.jacfwd(strike)))(PARAMETERS)
     theirs = jax.jacfwd(jax.jacfwd(exact))(PARAMETERS)

@@ -10,6 +10,9 @@ import diffrax
 import pytest
 
 import impactjax as ij
+from tiers import quick
+
+pytestmark = quick
 
 PROGRAM = """
 import json, sys

@@ -11,6 +11,9 @@ import impactjax as ij
 from estimates import SMALL, TS, line
 from impactjax._fit.misfit import misfit
 from impactjax._report.document import document
+from tiers import quick
+
+pytestmark = quick
 
 WAVE = np.sin(2 * np.pi * (TS - TS[0]) / 0.75)
 

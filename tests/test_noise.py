@@ -9,6 +9,7 @@ from scipy import linalg, signal
 import impactjax as ij
 from impactjax._fit.noise import levinson
 from impactjax._fit.ranking import differences
+from tiers import thorough
 
 TS = np.linspace(0.0, 1.0, 201)
 X0, SPEED, SIZE = 0.3, 1.5, 2e-3
@@ -111,6 +112,7 @@ def test_outliers_hardly_count_in_a_robust_fit(loss):
     np.testing.assert_allclose(np.median(robust.standard_errors, axis=0), spread, rtol=0.1)
 
 
+@thorough
 @pytest.mark.parametrize("loss", [ij.Squares(), ij.SoftL1(0.3), ij.Cauchy(0.3), ij.StudentT(0.3)])
 def test_losses_are_squares_for_small_residuals(loss):
     small, large = jnp.array([0.0, 1e-5]), jnp.array([3.0])

@@ -6,6 +6,9 @@ from scipy import signal
 
 from impactjax._fit.peaks import peaks
 from impactjax._fit.savitzky_golay import savitzky_golay, weights
+from tiers import quick
+
+pytestmark = quick
 
 
 @pytest.mark.parametrize("prominence", [0.1, 1.0, 4.0])

@@ -5,6 +5,9 @@ import pytest
 from matplotlib.axes import Axes
 
 from impactjax._report.picture import PLAIN, figure
+from tiers import quick
+
+pytestmark = quick
 
 
 @pytest.mark.parametrize("size", [2e-9, 2e-5, 3e-4, 0.02, 1.0, 700.0, 9000.0, 4e7])

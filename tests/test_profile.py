@@ -10,6 +10,9 @@ import impactjax as ij
 from estimates import line
 from impactjax._fit.profile import _Walk, profiled_by
 from impactjax._fit.search import Search
+from tiers import quick
+
+pytestmark = quick
 
 
 def failing_beyond(distance, name="x_dot0", side=1):

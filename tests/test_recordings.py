@@ -7,6 +7,9 @@ import pytest
 
 import impactjax as ij
 from impactjax._measure.spikes import spikes
+from tiers import quick
+
+pytestmark = quick
 
 TIMES = np.array([0.0, 0.25, 0.5])
 DEGREE = math.pi / 180

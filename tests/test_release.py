@@ -11,6 +11,9 @@ import impactjax as ij
 from impactjax._fit.first_estimates import first_estimates
 from impactjax._fit.release import release
 from reference import simulate_rigid
+from tiers import quick
+
+pytestmark = quick
 
 DEGREE = math.pi / 180
 OMEGA = 12.0

@@ -12,6 +12,9 @@ from scipy import stats
 import impactjax as ij
 from estimates import COUNT, RESIDUAL_TS, leaving
 from impactjax._report.residual_words import residual_sentences
+from tiers import quick
+
+pytestmark = quick
 
 IMPACTS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)
 

@@ -7,6 +7,7 @@ import pytest
 
 from command import Fitted, fitted
 from impactjax._measure.read_recording import read_recording
+from tiers import mostly_thorough
 
 DATA = Path(__file__).parent.parent / "data"
 LAWS = {
@@ -17,7 +18,7 @@ LAWS = {
 }
 
 
-@pytest.fixture(scope="module", params=LAWS)
+@pytest.fixture(scope="module", params=mostly_thorough(LAWS, "kelvin_voigt", "restitution"))
 def recording(request, tmp_path_factory) -> tuple[str, Fitted]:
     name = request.param
     path = DATA / f"{name}.csv"

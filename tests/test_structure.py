@@ -8,6 +8,9 @@ from pathlib import Path
 from types import ModuleType
 
 import impactjax
+from tiers import quick
+
+pytestmark = quick
 
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "impactjax"

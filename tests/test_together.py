@@ -10,6 +10,7 @@ import pytest
 
 import impactjax as ij
 from impactjax._report.document import document
+from tiers import thorough
 
 QUICK = ij.Simulation(max_steps=16, max_impacts=2, step=ij.TaylorStep(order=4))
 LINE = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5), gap=9.0))  # never reached
@@ -125,6 +126,7 @@ def test_the_profile_of_a_joint_linear_problem_is_its_interval():
     assert ij.identifiability(profile).names == profile.names
 
 
+@thorough
 @pytest.mark.parametrize(
     "use",
     [

@@ -10,6 +10,7 @@ from scipy.optimize import fminbound
 
 import impactjax as ij
 from reference import richardson
+from tiers import thorough
 from turns import SERIES, both_ways, check
 
 # Decaying oscillators between stops that they do not reach.
@@ -130,6 +131,7 @@ def rubbed_reference(speed):
     return np.array([deepest, y[0] - TOP, force, peak(upper, into)])
 
 
+@thorough
 def test_turns_with_dry_friction():
     speeds = np.linspace(3.0, 5.0, 12)
     value, forward, reverse = both_ways(rubbed)(jnp.asarray(speeds))

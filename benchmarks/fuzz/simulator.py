@@ -90,6 +90,8 @@ def run(kinds, p, most_steps, kick, log):
         taken, to = followed(kinds, p, step, event, is_last, end)
         note_step(kinds, p, step, event, taken, to, is_last, log)
         t, y, h = t + taken, to, grown
+        if not np.isfinite(t.real):
+            return STUCK
         if is_last:
             note_end(kinds, p, m, y, log)
             return FINE
