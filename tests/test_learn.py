@@ -15,7 +15,6 @@ from jaxtyping import Array
 from scipy import optimize
 
 import impactjax as ij
-from tiers import thorough
 
 GRAVITY = 9.80665
 COUNT, NOISE = 40, 1e-4
@@ -245,7 +244,6 @@ def of_mean(r, x0):
     )
 
 
-@thorough
 @functools.cache
 def of_many_weights():
     return of_mean(0.75, 0.49)
