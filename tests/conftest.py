@@ -14,8 +14,9 @@ os.environ.setdefault("EQX_ON_ERROR", "nan")
 
 import jax  # noqa: E402  after the environment that it reads
 
-from impactjax._cli.environment import prepare  # noqa: E402
+from impactjax._cli.environment import FAST, prepare  # noqa: E402
 
+os.environ.setdefault("XLA_FLAGS", FAST)
 prepare()
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 

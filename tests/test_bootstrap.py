@@ -7,6 +7,7 @@ import pytest
 from scipy import signal
 
 import impactjax as ij
+from tiers import thorough
 
 TS = np.linspace(0.0, 2.0, 201)
 LINE = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5), gap=9.0))  # never reached
@@ -68,6 +69,7 @@ def test_the_drawn_noise_has_the_spectrum_of_an_autoregression():
     np.testing.assert_allclose(found, 0.8 ** np.arange(4) / 0.36, rtol=0.04)
 
 
+@thorough
 def test_one_seed_gives_one_answer():
     estimate = fitted(white())
     one, same, other = (ij.bootstrap(estimate, 20, seed=seed).values for seed in (3, 3, 4))

@@ -12,6 +12,7 @@ import impactjax as ij
 from impactjax._model.lambert import z_over_s
 from impactjax._model.linear_contact import arc_ratio
 from impactjax._model.separable import restitution_damping, separable_restitution
+from tiers import thorough
 
 MASS = 0.02
 SPEEDS = np.array([0.05, 0.73, 3.0])
@@ -51,6 +52,7 @@ def test_restitution_of_the_digest():
             assert abs(found / r - 1) < 1e-12
 
 
+@thorough
 def test_restitution_and_its_derivative_to_the_last_digits():
     zs = np.concatenate([np.logspace(-10, 2, 49), [300.0]])
     found = jax.vmap(separable_restitution)(jnp.asarray(zs))

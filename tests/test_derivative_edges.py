@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
+from tiers import thorough
 
 # Flights of a ball are parabolas, which both steps integrate exactly.
 STEPS = {"Taylor": ij.TaylorStep(order=4), "Bosh3": ij.RungeKutta(diffrax.Bosh3())}
@@ -158,6 +159,7 @@ def told_of_a_ball(gravity, r, height, velocity, t0, times):
     return total
 
 
+@thorough
 def test_masked_lanes_with_a_compliant_stop():
     """The same by the frequency of a contact in which the lanes are."""
 

@@ -11,7 +11,7 @@ import impactjax as ij
 from impactjax._simulate import replay
 from reference import ball_impact_time, ball_position, derivative, richardson
 from systems import CASES, STEPS, TIMES, Case
-from tiers import mostly_thorough
+from tiers import mostly_thorough, thorough
 
 FEW = TIMES[7::14]
 SERIES = ij.TaylorStep(order=8)  # compiles in a third of the time of order 15
@@ -178,6 +178,7 @@ def test_second_derivatives_are_exact(name):
         assert np.max(np.abs(found - expected)) < 1e-6 * np.max(np.abs(hessian * scale * value))
 
 
+@thorough
 def test_a_mass_that_slips_does_not_stick_again_by_rounding():
     # At slip speed and acceleration are zero; a rounded acceleration that points back once made
     # the mass stick and slip for ever, or move on with an infinite derivative.

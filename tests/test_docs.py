@@ -8,8 +8,11 @@ from typing import NamedTuple
 
 import pytest
 
+from tiers import mostly_thorough
+
 ROOT = Path(__file__).parent.parent
 PAGES = [*ROOT.glob("*.md"), ROOT / "data" / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+SLOW = ("engine.md", "fitting.md", "multiple-scales.md", "several-recordings.md")
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -53,8 +56,13 @@ def assert_same_output(printed: str, promised: str) -> None:
         assert float(number) == pytest.approx(float(other), rel=2e-3)
 
 
+WITH_PYTHON = [page for page in PAGES if programs(page.read_text())]
+
+
 @pytest.mark.parametrize(
-    "page", [p for p in PAGES if programs(p.read_text())], ids=lambda p: p.stem
+    "page",
+    mostly_thorough(WITH_PYTHON, *(page for page in WITH_PYTHON if page.name not in SLOW)),
+    ids=lambda page: page.stem,
 )
 def test_python_prints_what_the_page_says(page, tmp_path, monkeypatch, capsys):
     shutil.copytree(ROOT / "data", tmp_path / "data")

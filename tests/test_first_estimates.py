@@ -18,6 +18,7 @@ from impactjax._fit.fit import pose
 from impactjax._fit.laws import LAWS
 from impactjax._fit.oscillators import OSCILLATORS
 from reference import simulate_rigid
+from tiers import thorough
 
 DEGREE = math.pi / 180
 
@@ -157,6 +158,7 @@ def test_any_recording_gives_values_in_range(seed, count, size, shape, oscillato
         ij.ImpactOscillator(found.oscillator, ij.Stop(law(found)))  # raises out of range
 
 
+@thorough
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(2, 20))
 def test_any_impact_times_give_values_in_range(seed, count):

@@ -6,6 +6,7 @@ import numpy as np
 
 import impactjax as ij
 from estimates import SMALL, TS, line
+from tiers import thorough
 
 
 def slope_and_level(values, ties=None):
@@ -14,6 +15,7 @@ def slope_and_level(values, ties=None):
     return ij.fit(model, recording, initial=initial, simulation=SMALL, ties=ties or {}).values
 
 
+@thorough
 def test_a_straight_line_depends_on_its_points_as_regression_does():
     values = jnp.asarray(line()[0])
     expected = np.linalg.pinv(np.stack([np.ones(31), TS - TS[0]], axis=1))

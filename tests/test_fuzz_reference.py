@@ -8,6 +8,8 @@ from benchmarks.fuzz import physics as ph
 from benchmarks.fuzz import reference, simulator
 from benchmarks.fuzz.campaign import campaign
 
+from tiers import thorough
+
 G = 9.81
 
 
@@ -20,6 +22,7 @@ def _run(kinds, values, times, direction=()):
     return reference.simulate(np.array(kinds), p, along, np.array(times))
 
 
+@thorough
 def test_ball_chatter_and_rest():
     r, fall = 0.5, math.sqrt(2 * 0.2 / G)
     run = _run(

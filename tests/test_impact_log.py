@@ -163,6 +163,7 @@ def test_a_ball_comes_to_rest_at_the_sum_of_its_flights(r):
     assert np.all(run.position >= 0)
 
 
+@thorough
 def test_reverse_derivatives_pass_a_rest():
     """Also those of what was before it, and of balls beside it that never rest."""
 

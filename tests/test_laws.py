@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 import impactjax as ij
 from impactjax._model.power import power
 from impactjax._simulate.natural_step import natural_step
+from tiers import thorough
 
 MASS, SPEED = 0.02, 0.73
 K, C, N = 1e6, 0.3, 1.4
@@ -169,6 +170,7 @@ def test_damping_out_of_range_is_a_result():
     assert run.result == ij.RESULTS.restitution_out_of_range
 
 
+@thorough
 def test_maxwell_leaves_a_residual_indentation():
     omega0, gamma = 700.0, 0.2
     end = math.pi / (omega0 * math.sqrt(1 - gamma**2))
@@ -218,6 +220,7 @@ def test_maxwell_meets_a_mass_that_turns_back_at_its_indentation():
     np.testing.assert_allclose(rates, [rate, -rate, after.y[1, -1]], rtol=1e-9)
 
 
+@thorough
 def test_a_lossless_spring_without_pull_returns_all_speed():
     """Its force and its indentation vanish at one time: after the one event, the other comes sooner
     than time can resolve.

@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 import impactjax as ij
 from impactjax._fit.system import Start, System, handles
 from impactjax._simulate.natural_step import natural_step
-from tiers import mostly_thorough
+from tiers import mostly_thorough, thorough
 
 SPEEDS = np.array([0.1, 0.3, 0.7, 1.5, 3.0])
 
@@ -110,6 +110,7 @@ class Series(ij.AbstractMemorylessLaw):
         return jnp.sum(self.a * jnp.stack([penetration, penetration**2, penetration**3]))
 
 
+@thorough
 def test_a_force_law_may_hold_an_array():
     """Its energy is that of the impact: 100 δ²/2 + 10⁴ δ³/3 = v²/2 at δ = 0.03 for a unit mass."""
     model = ij.ImpactOscillator(ij.FreeMass(1.0), ij.Stop(Series(a=np.array([100.0, 1e4, 0.0]))))

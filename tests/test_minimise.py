@@ -13,6 +13,7 @@ from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.minimiser import Bounds, Minimiser, Objective, Point, Quadratic
 from impactjax._fit.transform import to_range, to_unbounded
 from impactjax._model.parameter import Range
+from tiers import thorough
 
 RANGES = {
     "any": Range("1", -math.inf, math.inf, False, False),
@@ -67,6 +68,7 @@ def test_of_two_that_show_only_together_the_weaker_does_not_run_away(slope, xp):
     assert np.all(np.abs(found.u) < 4)
 
 
+@thorough
 def test_scattered_starts_are_where_all_parameters_are_felt():
     """Not at the end of a range, where the search would stay; the first is the model's own."""
     problem = swing().problem

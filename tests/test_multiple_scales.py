@@ -13,6 +13,7 @@ from scipy.optimize import least_squares, root
 import impactjax as ij
 from printed import LENGTH, OMEGA_N, ZETA, case_1, case_2, exact, general, zero
 from reference import derivative, richardson
+from tiers import thorough
 
 PENDULUM = ij.Pendulum(OMEGA_N, ZETA, length=LENGTH)
 TS = np.linspace(0.0, 5.0, 101)
@@ -188,6 +189,7 @@ def both_fits(degrees):
     return np.asarray(exact.values[:2]), np.asarray(exact.standard_errors[:2]), formula
 
 
+@thorough
 def test_a_small_free_decay_fitted_by_both_is_the_same():
     exact, errors, formula = both_fits(5)
     assert np.all(np.abs(formula - exact) < errors / 4)

@@ -112,7 +112,6 @@ def test_outliers_hardly_count_in_a_robust_fit(loss):
     np.testing.assert_allclose(np.median(robust.standard_errors, axis=0), spread, rtol=0.1)
 
 
-@thorough
 @pytest.mark.parametrize("loss", [ij.Squares(), ij.SoftL1(0.3), ij.Cauchy(0.3), ij.StudentT(0.3)])
 def test_losses_are_squares_for_small_residuals(loss):
     small, large = jnp.array([0.0, 1e-5]), jnp.array([3.0])
@@ -123,6 +122,7 @@ def test_losses_are_squares_for_small_residuals(loss):
     assert isinstance(loss, ij.Squares) or loss.weight(large)[0] < 0.2
 
 
+@thorough
 def test_correlated_noise_does_not_speak_for_a_law_with_more_parameters():
     """A mass at rest, fitted with and without a speed: it moves by nothing but its noise."""
     noise = correlated(REPLICATES, 0.75)
@@ -131,6 +131,7 @@ def test_correlated_noise_does_not_speak_for_a_law_with_more_parameters():
     assert np.mean(behind(moving, still) > 10) < 0.005
 
 
+@thorough
 def test_independent_residuals_leave_the_criterion_as_it_is():
     """But for its term for few observations, 2 k (k + 1)/(n − k − 1), with k of 3 and 2."""
     noise = SIZE * np.random.default_rng(4).standard_normal((20, len(TS)))

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from command import Fitted, fitted
+from tiers import thorough
 
 REAL = Path(__file__).parents[2] / "shared" / "realdata"
 SIDECARS = Path(__file__).parent / "sidecars"
@@ -36,6 +37,7 @@ def of_friction(found: Fitted, friction: str) -> dict:
     return fit
 
 
+@thorough
 def test_free_pendulum_has_dry_friction(pendulum):
     """An independent fit says omega_n = 10.97 rad/s, zeta = 0.013, dry friction 1.3 rad/s²."""
     assert pendulum.best["friction"] == "viscous and dry"

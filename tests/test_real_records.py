@@ -8,6 +8,7 @@ import pytest
 import impactjax as ij
 from command import fitted
 from impactjax._measure.sound import read_onsets
+from tiers import thorough
 
 REAL = Path(__file__).parents[2] / "shared" / "realdata"
 SIDECARS = Path(__file__).parent / "sidecars"
@@ -16,6 +17,7 @@ DEGREE = np.pi / 180
 pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"there are no recordings in {REAL}")
 
 
+@thorough
 def test_three_pendulum_runs_agree_with_the_hand_found_and_the_offset_fitted(tmp_path):
     files = sorted((REAL / "free_pendulum").glob("*.txt"))
     runs = [each for each in files if "data" in each.name]

@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impactjax as ij
-from tiers import mostly_thorough
+from tiers import mostly_thorough, thorough
 
 G, TIMES = 9.81, np.linspace(0.0, 3.0, 31)
 
@@ -120,6 +120,7 @@ def on_a_kink(k, alpha, q):
     return drop(ij.PustPeterka(k, alpha, q), np.linspace(0.0, 1.0, 6), max_steps=4096)
 
 
+@thorough
 def test_a_force_with_a_kink_in_the_rate_is_passed():
     k, alpha = np.array([1e5, 1e6, 5e7, 3e5]), np.array([0.02, 0.1, 0.02, 0.9])
     q = np.array([0.5, 0.25, 0.25, 0.5])

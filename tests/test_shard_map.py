@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+from tiers import thorough
+
 SCRIPT = """
 import jax
 import jax.numpy as jnp
@@ -65,9 +67,11 @@ def test_rigid_stops():
     assert run("rigid").endswith("right\n")
 
 
+@thorough
 def test_runge_kutta_steps():
     assert run("Runge-Kutta").endswith("right\n")
 
 
+@thorough
 def test_compliant_stops():
     assert run("compliant").endswith("right\n")

@@ -11,6 +11,7 @@ import pytest
 import impactjax as ij
 from impactjax._fit.first_estimates import FirstEstimates
 from impactjax._fit.laws import LAWS, USUAL_LAWS
+from tiers import thorough
 
 MASS, CONTACT = 0.02, 700.0
 SPEEDS = np.array([0.7, 0.6, 0.5, 0.4])
@@ -61,6 +62,7 @@ def test_rigid_start_has_the_restitution_that_was_seen(name):
     np.testing.assert_allclose(by_speed, expected, atol=1e-9)
 
 
+@thorough
 def test_start_of_the_laws_without_a_closed_form():
     guess = seen(0.6)
     simon, own = start("simon", guess), start("pust-peterka", guess)

@@ -126,7 +126,6 @@ def test_the_profile_of_a_joint_linear_problem_is_its_interval():
     assert ij.identifiability(profile).names == profile.names
 
 
-@thorough
 @pytest.mark.parametrize(
     "use",
     [
@@ -142,6 +141,7 @@ def test_what_is_of_one_recording_asks_for_one(use):
         use(found(known=True))
 
 
+@thorough
 def test_many_joint_fits_in_one_call():
     def slope(first, second):
         posed = [

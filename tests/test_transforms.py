@@ -7,6 +7,7 @@ import pytest
 
 import impactjax as ij
 from systems import CASES, TIMES
+from tiers import mostly_thorough, thorough
 
 
 def run(case, parameters):
@@ -21,12 +22,15 @@ def lanes(case, count=5):
 
 @pytest.mark.parametrize(
     "name",
-    [
-        "pendulum, restitution",
-        "pendulum, Kelvin-Voigt",
+    mostly_thorough(
+        [
+            "pendulum, restitution",
+            "pendulum, Kelvin-Voigt",
+            "pendulum with dry friction, two stops",
+            "bouncing ball",
+        ],
         "pendulum with dry friction, two stops",
-        "bouncing ball",
-    ],
+    ),
 )
 def test_vmap_is_the_loop(name):
     case = CASES[name]
@@ -39,6 +43,7 @@ def test_vmap_is_the_loop(name):
         assert batch.impacts.count[i] == alone.impacts.count
 
 
+@thorough
 def test_nested_vmap_and_order_of_lanes():
     case = CASES["pendulum, Kelvin-Voigt"]
     flat = lanes(case, 6)
@@ -50,6 +55,7 @@ def test_nested_vmap_and_order_of_lanes():
     np.testing.assert_array_equal(batched(flat[order]), once[order])
 
 
+@thorough
 def test_derivatives_of_a_batch_are_a_batch_of_derivatives():
     case = CASES["pendulum, restitution"]
 

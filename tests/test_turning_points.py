@@ -141,6 +141,7 @@ def test_turns_with_dry_friction():
     np.testing.assert_allclose(forward[3], slope, rtol=1e-6)
 
 
+@thorough
 def test_a_turn_with_dry_friction_before_a_stop():
     """Friction moves the centre of the swing by its share of the stiffness."""
 
@@ -180,6 +181,7 @@ def first_contact(oscillator, law, initial):
     return jnp.stack([log.deepest_penetration[0], log.peak_force[0]])
 
 
+@thorough
 def test_turns_with_drag_on_a_spring_of_hertz():
     """A ball of 1 kg; its speed at the floor is √(g (1 − e^(−2 c h))/c)."""
     drag, gravity, k = 0.1, 9.81, 1e4
@@ -205,6 +207,7 @@ def test_turns_with_drag_on_a_spring_of_hertz():
         np.testing.assert_allclose(found[5], slope, rtol=1e-6)
 
 
+@thorough
 def test_turns_of_a_damping_whose_slope_is_infinite_at_touch():
     """Tsuji's law: depth and force scale with speed v and stiffness k as v^(4/5), v^(6/5), at the
     same c/√k; their derivatives by c are those of SciPy's solution.

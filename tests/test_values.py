@@ -11,7 +11,7 @@ import pytest
 import impactjax as ij
 from reference import ball_impact_time, ball_position, simulate_compliant, simulate_rigid
 from systems import STEPS
-from tiers import mostly_thorough
+from tiers import mostly_thorough, thorough
 
 OMEGA_N, ZETA, OMEGA0, GAMMA = 13.47, 0.0017, 727.5, 0.18
 TIMES = np.linspace(0.0, 1.4, 281)
@@ -47,7 +47,7 @@ LAWS = {
 
 
 @pytest.mark.parametrize("step", mostly_thorough(STEPS, "Taylor", "Dopri8"))
-@pytest.mark.parametrize("law", mostly_thorough(LAWS, "restitution", "kelvin-voigt"))
+@pytest.mark.parametrize("law", mostly_thorough(LAWS, "kelvin-voigt"))
 def test_pendulum_is_within_ten_tolerances_of_scipy(law, step):
     model = ij.ImpactOscillator(PENDULUM, ij.Stop(LAWS[law]))
     known = reference(law)
@@ -180,6 +180,7 @@ def test_a_start_on_the_stop_that_heads_into_it_is_an_impact_at_once(step):
     assert run.impacts.count == 1
 
 
+@thorough
 def test_an_inverted_pendulum_is_a_hanging_one_turned_over():
     standing = ij.Pendulum(5.0, 0.1, equilibrium=ij.Inverted())
     times = jnp.linspace(0.0, 2.0, 41)

@@ -9,7 +9,12 @@ thorough = pytest.mark.thorough
 
 
 def mostly_thorough(cases: Iterable, *usual: object) -> list:
-    """Cases of a test, of which only the `usual` ones run every time."""
+    """Cases of a test, of which only the `usual` ones run every time; a tuple has several values."""
     cases = list(cases)
     assert all(each in cases for each in usual), f"{usual} are not among {cases}"
-    return [each if each in usual else pytest.param(each, marks=thorough) for each in cases]
+    return [each if each in usual else _thorough(each) for each in cases]
+
+
+def _thorough(case: object) -> object:
+    values = case if isinstance(case, tuple) else (case,)
+    return pytest.param(*values, marks=thorough)
