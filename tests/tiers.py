@@ -9,7 +9,7 @@ thorough = pytest.mark.thorough
 
 
 def mostly_thorough(cases: Iterable, *usual: object) -> list:
-    """Cases of a test, of which only the `usual` ones run every time; a tuple has several values."""
+    """Cases of a test, of which only the `usual` ones run every time; a tuple is several values."""
     cases = list(cases)
     assert all(each in cases for each in usual), f"{usual} are not among {cases}"
     return [each if each in usual else _thorough(each) for each in cases]
