@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 import impactjax as ij
-from tiers import thorough
+from tiers import mostly_thorough, thorough
 
 TS = np.linspace(0.0, 2.0, 201)
 LINE = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5), gap=9.0))  # never reached
@@ -37,7 +37,7 @@ def autoregression(innovations: np.ndarray) -> np.ndarray:
     return np.asarray(signal.lfilter([1.0], [1.0, -0.8], innovations))
 
 
-@pytest.mark.parametrize("sigma", [None, 0.08])
+@pytest.mark.parametrize("sigma", mostly_thorough([None, 0.08], 0.08))
 def test_white_noise_gives_the_errors_of_regression(sigma):
     estimate = fitted(white(), None if sigma is None else ij.Sensor(sigma=sigma))
     found = ij.bootstrap(estimate, 1000)

@@ -117,7 +117,7 @@ def integrated(name: str):
     return single_impacts(law, SPEEDS)
 
 
-@pytest.mark.parametrize("name", mostly_thorough(LAWS, "KelvinVoigt", "HuntCrossley"))
+@pytest.mark.parametrize("name", mostly_thorough(LAWS, "HuntCrossley"))
 def test_closed_forms_match_integration(name):
     closed, found = LAWS[name][0].equivalents(SPEEDS, MASS), integrated(name)
     for field in FIELDS:
@@ -127,9 +127,7 @@ def test_closed_forms_match_integration(name):
         assert np.all(error <= 1e-10 * np.maximum(np.abs(expected), scale)), field
 
 
-@pytest.mark.parametrize(
-    "name", mostly_thorough({**LAWS, **INTEGRATED}, "KelvinVoigt", "HuntCrossley")
-)
+@pytest.mark.parametrize("name", mostly_thorough({**LAWS, **INTEGRATED}, "HuntCrossley"))
 def test_single_impact_matches_scipy(name):
     found, expected = integrated(name), by_scipy(name)
     for field in FIELDS:
@@ -195,6 +193,7 @@ def test_derivatives_of_integration_are_those_of_the_closed_form():
             assert abs(float(a - b)) < 1e-9 * scale, field
 
 
+@thorough
 def test_derivatives_where_the_slope_of_the_force_jumps_or_is_infinite():
     """Walton's and Tsuji's laws as power laws, by k, c and speed, against closed forms."""
 

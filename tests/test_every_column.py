@@ -108,7 +108,7 @@ def largest(name, column):
     return np.max(np.abs(forward(name)[column] * sizes(name)))
 
 
-@pytest.mark.parametrize("name", mostly_thorough(LAWS, "Restitution", "KelvinVoigt"))
+@pytest.mark.parametrize("name", mostly_thorough(LAWS, "KelvinVoigt"))
 def test_forward_and_reverse_agree_in_every_column(name):
     """The derivative of a random sum of all columns, each in units of its largest sensitivity."""
     rng = np.random.default_rng(5)
@@ -126,7 +126,7 @@ def test_forward_and_reverse_agree_in_every_column(name):
     np.testing.assert_allclose(reverse, ahead, rtol=0, atol=1e-12 * np.max(np.abs(ahead)))
 
 
-@pytest.mark.parametrize("name", mostly_thorough(LAWS, "Restitution", "KelvinVoigt"))
+@pytest.mark.parametrize("name", mostly_thorough(LAWS, "KelvinVoigt"))
 def test_every_column_matches_richardson(name):
     values = programs(LAWS[name].make)[0]
     parameters, exact = start(name), forward(name)

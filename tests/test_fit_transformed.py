@@ -24,6 +24,7 @@ def test_a_straight_line_depends_on_its_points_as_regression_does():
     np.testing.assert_allclose(both, np.stack([expected, expected]), atol=1e-7)
 
 
+@thorough
 def test_a_tie_may_depend_on_the_member_of_a_batch():
     """Through the origin of x = x₀ (1 + c t)."""
     values, t = line()[0], TS - TS[0]

@@ -6,6 +6,7 @@ import numpy as np
 
 import impactjax as ij
 from forced import SLOW, Forced, impacts, steady
+from tiers import thorough
 
 LANES, END, COUNT, TOGETHER = 10_000, 12.0, 16, 100
 TOLERANCE = 1e-10
@@ -53,6 +54,7 @@ def simulated(lane: Forced):
     return times, run(state).impacts.count, jnp.sum(jnp.abs(slopes), axis=0)
 
 
+@thorough
 def test_no_impact_is_missed_and_none_is_invented():
     lanes = drawn()
     arrays = jax.tree.map(jnp.asarray, lanes)

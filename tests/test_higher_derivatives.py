@@ -142,7 +142,6 @@ def orders(times):
     ("order", "step"),
     mostly_thorough(
         [(order, step) for order in orders(2) for step in EXACT],
-        (("forward", "reverse"), "Taylor"),
         (("reverse", "reverse"), "Bosh3"),
     ),
     ids=lambda each: each if isinstance(each, str) else "-".join(each),

@@ -119,6 +119,7 @@ def shaken(parameters, step=None):
     )
 
 
+@thorough
 def test_a_rest_of_many_attempts_is_one_rest():
     """A Runge-Kutta step that meets the release is tried again: still the same rests."""
     parameters = jnp.array([0.3, 0.15])

@@ -155,6 +155,7 @@ def tuned():
     )
 
 
+@thorough
 def test_damping_is_set_at_each_impact():
     log = tuned().impacts
     count = int(log.count)

@@ -17,6 +17,7 @@ from impactjax._fit.nested import SPECIAL_CASES, in_stages
 from impactjax._fit.search import Search
 from impactjax._model.parameter import ranges
 from impactjax._report.outcome import outcome_of
+from tiers import thorough
 
 MASS = 0.02
 SEEN = FirstEstimates(
@@ -87,6 +88,7 @@ def compared():
     return compare_by(Lazy(), recording, setup, ["none"], 0, lambda _: None, map)
 
 
+@thorough
 def test_more_friction_never_fits_worse():
     fits = {each.dry_friction: each for each in compared()}
     assert float(fits[True].estimate.rms) <= float(fits[False].estimate.rms) * (1 + 1e-9)

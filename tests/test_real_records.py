@@ -52,6 +52,7 @@ def test_restitution_from_the_sound_itself(tmp_path):
     assert found.best["n_samples"] >= 30
 
 
+@thorough
 def test_a_clipped_landing_gives_bounds_and_no_nonsense(tmp_path):
     """A drop of 2.1 m by its duration; the landing has no spring that is stiff."""
     found = fitted(

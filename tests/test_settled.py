@@ -57,6 +57,7 @@ def test_the_way_there_is_that_of_scipy():
     np.testing.assert_allclose(run.velocity[later], reference.y[1], atol=1e-7)
 
 
+@thorough
 def test_its_derivatives_are_those_of_the_equilibrium():
     def place(omega0, gravity):
         model = ij.ImpactOscillator(ij.BouncingBall(gravity), ij.Stop(ij.KelvinVoigt(omega0, 0.3)))
@@ -72,6 +73,7 @@ def test_its_derivatives_are_those_of_the_equilibrium():
     np.testing.assert_allclose(reverse, expected, rtol=1e-6)
 
 
+@thorough
 def test_a_shaken_mass_does_not_settle():
     base = ij.HarmonicMotion(1e-4, 30.0)
     model = ij.ImpactOscillator(ij.BouncingBall(G, base=base), ij.Stop(ij.KelvinVoigt(200.0, 0.5)))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
+from tiers import thorough
 from turns import check
 
 # A linear oscillator on a shaken base, in flight or in one contact from its start: a mass on a
@@ -136,6 +137,7 @@ def shaken_runs():
     return [jax.jit(jax.vmap(each))(gaps, lanes) for each in (short, long)]
 
 
+@thorough
 @pytest.mark.parametrize("which", [0, 1, 2], ids=["nearest miss", "deepest penetration", "peak"])
 def test_turns_of_a_shaken_oscillator(shaken_runs, which):
     lanes, flies = shaken_lanes()

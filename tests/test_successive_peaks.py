@@ -11,6 +11,7 @@ import pytest
 import impactjax as ij
 from printed import LENGTH, OMEGA_N, ZETA, case_1, case_2, exact, zero
 from reference import richardson
+from tiers import thorough
 
 PENDULUM = ij.Pendulum(OMEGA_N, ZETA, length=LENGTH)
 
@@ -99,6 +100,7 @@ def test_derivatives_of_restitution_from_peaks():
     assert np.max(np.abs(slopes[:, 0])) < 1e-6  # ω_n scales time alone
 
 
+@thorough
 def test_exact_flights_of_other_oscillators_have_closed_forms():
     first, second = np.array([0.5, 1.0]), np.array([0.2, 0.6])
     gravity, drag = 9.81, 0.4

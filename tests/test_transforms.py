@@ -83,6 +83,7 @@ def test_a_failing_lane_leaves_the_others_bitwise_unchanged():
     assert np.all(np.isnan(after.position[2]))
 
 
+@thorough
 def test_single_precision_gives_the_right_impacts():
     case = CASES["pendulum, Kelvin-Voigt"]
     parameters = case.parameters.astype(jnp.float32)

@@ -106,6 +106,7 @@ def test_free_mass_on_kelvin_voigt_rebounds_by_the_closed_form(gamma, step):
         assert abs(float(run.impacts.energy_lost[0]) - (1 - r**2) / 2) < 10 * tolerance
 
 
+@thorough
 def test_kelvin_voigt_that_never_pulls_leaves_where_the_force_is_zero():
     model = ij.ImpactOscillator(
         ij.FreeMass(), ij.Stop(ij.KelvinVoigt(OMEGA0, GAMMA, separation=ij.AtZeroForce()))
