@@ -179,7 +179,7 @@ CLASSES = {
     ),
     "ball, Kelvin-Voigt": Class(ph.BALL, KELVIN_VOIGT),
     "ball, base, Kelvin-Voigt at zero force": Class(ph.BALL, KELVIN_VOIGT_FREE, base=True),
-    "ball, drag, Maxwell": Class(ph.BALL, MAXWELL, drag=True),
+    "ball, drag, Maxwell": Class(ph.BALL, MAXWELL, drag=True, steps=4096),
     "linear, base, two Maxwell": Class(ph.LINEAR, MAXWELL, MAXWELL, base=True, pressed=0.3),
     "linear, dry, Kelvin-Voigt at zero force, pressed": Class(
         ph.LINEAR, KELVIN_VOIGT_FREE, dry=True, pressed=0.6

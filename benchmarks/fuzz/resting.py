@@ -50,6 +50,19 @@ def series(kinds, p, stop, t, u, fastest):
 
 
 @compiled
+def small_series(kinds, p, stop, t, u):
+    """Length of the chatter of a small r, after a separation at a complex speed whose real part is
+    zero; none where dry friction would hold the mass above the stop.
+    """
+    friction = p[DRY] if kinds[HAS_DRY] == 1 else 0.0j
+    push = -side(stop) * free(kinds, p, t, place(p, stop), 0.0j)
+    if push.real <= friction.real:
+        return 0.0j
+    loss = np.sqrt((push - friction) / (push + friction))
+    return u / (push + friction) + u * loss / (push - friction)
+
+
+@compiled
 def change_of_push(kinds, p, stop, t, length, height, speed, friction):
     """Largest relative change of the push onto a stop over the times, heights and speeds of a
     chatter.

@@ -50,7 +50,7 @@ from .physics import (
     side,
     touched,
 )
-from .resting import release, series
+from .resting import release, series, small_series
 from .stepping import CONTACT, DETACHED, FLIGHT, REST, after, step_from
 
 RUNNING = -1
@@ -226,10 +226,7 @@ def rebound(kinds, p, stop, t, y, approach, blow, log):
     if u.real == 0:
         if holding(kinds, p, stop, t).real < 0:
             return RUNNING, t, flying
-        push = -side(stop) * free(kinds, p, t, place(p, stop), 0.0j)
-        if push.real > 0:
-            t += 1j * (2 * u.imag / push.real)  # the series of a small r
-        return RUNNING, t, resting
+        return RUNNING, t + small_series(kinds, p, stop, t, u), resting
     is_series, length = series(kinds, p, stop, t, u, log.speeds[FASTEST])
     if not is_series:
         return RUNNING, t, flying

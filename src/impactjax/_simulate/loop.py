@@ -17,6 +17,8 @@ from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode
 from impactjax._simulate.chatter import Chatter, Scale
 from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.diagnosis import admitted, concluded, diagnose, motion
+from impactjax._simulate.disturbance import fastest_rate
+from impactjax._simulate.interval import Interval
 from impactjax._simulate.lane import Lane, Log, Record, Run
 from impactjax._simulate.settling import is_settled
 from impactjax._simulate.state import Phase
@@ -143,7 +145,10 @@ def _begin(step: AbstractStep, run: Run) -> Lane:
 def _attempt(step: AbstractStep, run: Run, lane: Lane) -> Outcome:
     automaton = Automaton(run.model)
     remaining = run.t1 - lane.point.t
-    return step.attempt(automaton, lane.point, remaining, run.tolerance, lane.memory)
+    rate = fastest_rate(automaton, lane.point)
+    h = jnp.where(rate * remaining > 0, step.reach(run.tolerance) / rate, remaining)
+    longest = jnp.minimum(h, remaining)
+    return step.attempt(automaton, lane.point, longest, run.tolerance, lane.memory)
 
 
 def _unless_chattering(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
@@ -175,9 +180,10 @@ def _settled_or_not(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
         t + outcome.h,
         outcome.y,
         mode,
-        run.t1,
-        run.tolerance * lane.motion,
-        run.tolerance * lane.speed,
+        Interval(run.t0, run.t1),
+        run.tolerance,
+        lane.motion,
+        lane.speed,
     )
     (number,) = Automaton(run.model).settling()
     return outcome._replace(event=jnp.where(settles, jnp.int32(number), outcome.event))

@@ -75,6 +75,10 @@ class RungeKutta(AbstractStep):
     def begin(self, span: Scalar) -> _Memory:
         return _Memory(jnp.zeros_like(span), jnp.int32(NO_EVENT), jnp.zeros_like(span))
 
+    def reach(self, tolerance: Scalar) -> Scalar:
+        power = _order(self.solver) + 1  # of the first term that is left out
+        return (_LOCAL * tolerance * math.factorial(power)) ** (1 / power)
+
     def attempt(
         self,
         automaton: Automaton,
@@ -169,10 +173,7 @@ def _stepped(
     end = _advanced(leaves, h, tableau.b_sol, stages)
     still = [jnp.zeros_like(leaf) for leaf in leaves]
     errors = _advanced(still, h, tableau.b_error, stages)
-    least = [
-        *jax.tree.leaves(State(still[0], slowest, jax.tree.map(jnp.zeros_like, y.internal))),
-        slowest,
-    ]
+    least = [still[0], slowest, *still[2:-1], slowest]  # of position, velocity, and so on
     scales = [
         jnp.maximum(jnp.maximum(jnp.abs(y0), jnp.abs(y1)), jnp.maximum(jnp.abs(h * dy), floor))
         for y0, y1, dy, floor in zip(leaves, end, stages[0], least, strict=True)

@@ -46,15 +46,18 @@ def is_settled(
     t: Scalar,
     y: State,
     mode: Mode,
-    t1: Scalar,
+    span: Interval,
+    tolerance: Scalar,
     way: Scalar,
     speed: Scalar,
 ) -> Flag:
-    """Whether all motion from `t` to `t1` leaves the mass in contact and is small beside an error
-    allowed in position, `way`, and in velocity, `speed`.
+    """Whether all motion from `t` to the end of a run leaves the mass in contact and is small
+    beside the error allowed, `tolerance` times the largest way and speed so far.
 
     Near its equilibrium the mass moves as x″ + c x′ + s x = 0 and so no farther than
-    |x′|/κ + |x″|/κ² from where it is, with the slower of its rates, κ = min(√s, s/c).
+    |x′|/κ + |x″|/κ² from where it is, with the slower of its rates, κ = min(√s, s/c). A disturbance
+    of the start has faded too, as exp(−κ′ (t − t₀)) with κ′ = min(c/2, s/c), which a mass that
+    starts in equilibrium does not show.
     """
 
     def acceleration(position: Scalar, velocity: Scalar) -> Scalar:
@@ -68,18 +71,19 @@ def is_settled(
     stiffness, damping = jnp.where(restores, -fall, 1.0), jnp.where(restores, -drop, 0.0)
     creep = jnp.where(damping > 0, stiffness / jnp.where(damping > 0, damping, 1.0), jnp.inf)
     slow = jnp.minimum(jnp.sqrt(stiffness), creep)
+    faded = jnp.minimum(damping / 2, creep) * (t - span.low) >= -jnp.log(_UNSEEN * tolerance)
     left = jnp.abs(y.velocity) / slow + jnp.abs(rate) / slow**2
     penetrations = [
         jnp.where(mode.at(Phase.CONTACT, wall.index), -wall.clearance(y.position), 0)
         for wall in walls(model)
     ]
-    push = bounds(lambda t: free_acceleration(model, t, y), Interval(t, t1))
+    push = bounds(lambda t: free_acceleration(model, t, y), Interval(t, span.high))
     conditions = [
-        restores,
+        restores & faded,
         push.width() == 0,
         left <= _INSIDE * sum(penetrations),
-        left <= _UNSEEN * way,
-        slow * left <= _UNSEEN * speed,
+        left <= _UNSEEN * tolerance * way,
+        slow * left <= _UNSEEN * tolerance * speed,
         *(change == 0 for change in jax.tree.leaves(flow(model, t, y, mode).internal)),
     ]
     return jnp.all(jnp.stack(conditions))

@@ -41,6 +41,10 @@ class AbstractStep(eqx.Module):
         """Memory before the first attempt of a run that lasts `span` [s]."""
 
     @abc.abstractmethod
+    def reach(self, tolerance: Scalar) -> Scalar:
+        """The longest step along y′ = λ y whose error is within the tolerance, times |λ|."""
+
+    @abc.abstractmethod
     def attempt(
         self,
         automaton: Automaton,

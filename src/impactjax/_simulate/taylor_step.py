@@ -1,5 +1,6 @@
 """A step by the solution's own Taylor series."""
 
+import math
 from typing import NamedTuple
 
 import equinox as eqx
@@ -57,6 +58,10 @@ class TaylorStep(AbstractStep):
 
     def begin(self, span: Scalar) -> _Memory:
         return _Memory(span / 100, jnp.full_like(span, jnp.inf))
+
+    def reach(self, tolerance: Scalar) -> Scalar:
+        power = self.order - 1  # of the last term of the velocity
+        return (_LAST_TERM * tolerance * math.factorial(power)) ** (1 / power)
 
     def attempt(
         self,
