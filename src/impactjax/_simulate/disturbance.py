@@ -11,42 +11,75 @@ from jaxtyping import Array, Float
 
 from impactjax._model.base_motion import HarmonicMotion
 from impactjax._simulate.automaton import Automaton
-from impactjax._simulate.step import Point
+from impactjax._simulate.step import AbstractStep, Point
 from impactjax._simulate.varying import alike
 from impactjax._types import Scalar
 
 _SQUARINGS = 8
+_POWER = 2**_SQUARINGS
 
 
-def fastest_rate(automaton: Automaton, start: Point) -> Scalar:
-    """The spectral radius of the Jacobian of the flow, or the frequency of the base [rad/s].
+def longest_step(
+    automaton: Automaton, start: Point, begun: Scalar, step: AbstractStep, tolerance: Scalar
+) -> Scalar:
+    """The longest step [s] that follows a small disturbance within the tolerance.
 
-    The base counts however small its amplitude, by which there may be a derivative.
+    With the flow's Jacobian A, a disturbance at the begin of the phase, `begun`, has become e^(Aτ)
+    times it. The error of a step is (A h)ⁿ e^(Aτ), beside which the disturbance itself is e^(Aτ):
+    what fades faster than the rest asks for stability only, as if the tolerance were 1. The base
+    counts however small its amplitude, by which there may be a derivative.
     """
+    jacobian = _jacobian(automaton, start)
+    fastest = _spectral_radius(jacobian)
+    lasting = _lasting_rate(jacobian, fastest, (start.t - begun) / step.power)
+    for base in _bases(automaton):
+        lasting = jnp.maximum(lasting, jnp.abs(base.frequency))
+    accurate = _over(step.reach(tolerance), lasting)
+    stable = _over(step.reach(jnp.ones_like(tolerance)), fastest)
+    return jnp.minimum(accurate, stable)
+
+
+def _jacobian(automaton: Automaton, start: Point) -> Float[Array, "n n"]:
+    """The Jacobian of the flow by the state; 0 where it is not finite."""
     state, unravel = ravel_pytree(start.y)
 
     def rates(state: Array) -> Array:
         return ravel_pytree(automaton.flow(start.t, unravel(state), start.mode))[0]
 
     directions = alike(jnp.eye(state.size, dtype=state.dtype), state)
-    jacobian = jax.vmap(lambda d: jax.jvp(rates, (state,), (d,))[1])(directions)
-    fastest = _spectral_radius(jacobian)
-    for base in _bases(automaton):
-        fastest = jnp.maximum(fastest, jnp.abs(base.frequency))
-    return fastest
+    matrix = jax.vmap(lambda d: jax.jvp(rates, (state,), (d,))[1])(directions)
+    return jnp.where(jnp.all(jnp.isfinite(matrix)), matrix, 0.0)
+
+
+def _lasting_rate(matrix: Float[Array, "n n"], fastest: Scalar, time: Scalar) -> Scalar:
+    """The spectral radius of A e^(A time) over that of e^(A time), with a time cut where no
+    difference is left."""
+    time = jnp.minimum(time, _over(jnp.asarray(_POWER / 2, matrix.dtype), fastest))
+    faded, _ = _large_power(jnp.eye(len(matrix), dtype=matrix.dtype) + matrix * time / _POWER)
+    return _spectral_radius(matrix @ faded) / _spectral_radius(faded)
 
 
 def _spectral_radius(matrix: Float[Array, "n n"]) -> Scalar:
-    """‖Aᵐ‖^(1/m) for a large m, which tends to it by Gelfand's formula; 0 if A is not finite."""
-    tiny, logarithm = jnp.finfo(matrix.dtype).tiny, jnp.zeros((), matrix.dtype)
-    power = jnp.where(jnp.all(jnp.isfinite(matrix)), matrix, 0.0)
+    """‖Aᵐ‖^(1/m) for a large m, which tends to it by Gelfand's formula."""
+    return jnp.exp(_large_power(matrix)[1] / _POWER)
+
+
+def _large_power(matrix: Float[Array, "n n"]) -> tuple[Float[Array, "n n"], Scalar]:
+    """Aᵐ over its largest element, and the logarithm of that."""
+    least = jnp.finfo(matrix.dtype).tiny
+    power, logarithm = matrix, jnp.zeros((), matrix.dtype)
     for _ in range(_SQUARINGS):
-        size = jnp.maximum(jnp.max(jnp.abs(power)), tiny)
+        size = jnp.maximum(jnp.max(jnp.abs(power)), least)
         power = power / size
         power = jnp.sum(power[:, :, None] * power[None], axis=1)
         logarithm = 2 * (logarithm + jnp.log(size))
-    last = jnp.log(jnp.maximum(jnp.max(jnp.abs(power)), tiny))
-    return jnp.exp((logarithm + last) / 2**_SQUARINGS)
+    size = jnp.maximum(jnp.max(jnp.abs(power)), least)
+    return power / size, logarithm + jnp.log(size)
+
+
+def _over(number: Scalar, rate: Scalar) -> Scalar:
+    """A time, which may be infinite."""
+    return jnp.where(rate > 0, number / jnp.where(rate > 0, rate, 1.0), jnp.inf)
 
 
 def _bases(automaton: Automaton) -> list[HarmonicMotion]:

@@ -40,6 +40,7 @@ class Lane(NamedTuple):
     """What a lane carries from pass to pass."""
 
     point: Point
+    begun: Scalar  # when its phase did [s]
     memory: PyTree
     scale: Scale
     motion: Scalar  # the largest so far: how far from zero, or how long a way, of the coordinate

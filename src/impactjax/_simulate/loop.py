@@ -17,7 +17,7 @@ from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode
 from impactjax._simulate.chatter import Chatter, Scale
 from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.diagnosis import admitted, concluded, diagnose, motion
-from impactjax._simulate.disturbance import fastest_rate
+from impactjax._simulate.disturbance import longest_step
 from impactjax._simulate.interval import Interval
 from impactjax._simulate.lane import Lane, Log, Record, Run
 from impactjax._simulate.settling import is_settled
@@ -139,14 +139,14 @@ def _begin(step: AbstractStep, run: Run) -> Lane:
     done = (result != RESULTS.successful) | ~(span > 0)
     zero = jnp.zeros_like(span)
     motion, speed = jnp.abs(run.y0.position), jnp.abs(run.y0.velocity)
-    return Lane(point, step.begin(span), Scale(zero, zero), motion, speed, result, done)
+    memory = step.begin(span)
+    return Lane(point, run.t0, memory, Scale(zero, zero), motion, speed, result, done)
 
 
 def _attempt(step: AbstractStep, run: Run, lane: Lane) -> Outcome:
     automaton = Automaton(run.model)
     remaining = run.t1 - lane.point.t
-    rate = fastest_rate(automaton, lane.point)
-    h = jnp.where(rate * remaining > 0, step.reach(run.tolerance) / rate, remaining)
+    h = longest_step(automaton, lane.point, lane.begun, step, run.tolerance)
     longest = jnp.minimum(h, remaining)
     return step.attempt(automaton, lane.point, longest, run.tolerance, lane.memory)
 
@@ -224,6 +224,7 @@ def _proceed(run: Run, lane: Lane, outcome: Outcome, arrival: _Arrival) -> tuple
     moved = outcome.accepted & ~failed & ~lane.done
     after = Lane(
         _choose(moved, Point(t, jump.state, jump.mode, outcome.event), point),
+        jnp.where(moved & (outcome.event != NO_EVENT), t, lane.begun),
         _choose(lane.done, lane.memory, outcome.memory),
         _choose(moved, scale, lane.scale),
         jnp.where(moved, largest, lane.motion),

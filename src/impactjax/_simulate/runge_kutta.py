@@ -75,9 +75,12 @@ class RungeKutta(AbstractStep):
     def begin(self, span: Scalar) -> _Memory:
         return _Memory(jnp.zeros_like(span), jnp.int32(NO_EVENT), jnp.zeros_like(span))
 
+    @property
+    def power(self) -> int:
+        return _order(self.solver) + 1  # of the first term that is left out
+
     def reach(self, tolerance: Scalar) -> Scalar:
-        power = _order(self.solver) + 1  # of the first term that is left out
-        return (_LOCAL * tolerance * math.factorial(power)) ** (1 / power)
+        return (_LOCAL * tolerance * math.factorial(self.power)) ** (1 / self.power)
 
     def attempt(
         self,

@@ -40,6 +40,11 @@ class AbstractStep(eqx.Module):
     def begin(self, span: Scalar) -> PyTree:
         """Memory before the first attempt of a run that lasts `span` [s]."""
 
+    @property
+    @abc.abstractmethod
+    def power(self) -> int:
+        """The power of λ h in the error of a step along y′ = λ y."""
+
     @abc.abstractmethod
     def reach(self, tolerance: Scalar) -> Scalar:
         """The longest step along y′ = λ y whose error is within the tolerance, times |λ|."""

@@ -59,9 +59,13 @@ class TaylorStep(AbstractStep):
     def begin(self, span: Scalar) -> _Memory:
         return _Memory(span / 100, jnp.full_like(span, jnp.inf))
 
+    @property
+    def power(self) -> int:
+        return self.order - 1  # of the last term of the velocity
+
     def reach(self, tolerance: Scalar) -> Scalar:
-        power = self.order - 1  # of the last term of the velocity
-        return (_LAST_TERM * tolerance * math.factorial(power)) ** (1 / power)
+        logarithm = jnp.log(_LAST_TERM * tolerance) + math.lgamma(self.power + 1)
+        return jnp.exp(logarithm / self.power)
 
     def attempt(
         self,
