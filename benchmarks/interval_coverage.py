@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Array
 
 import impactjax as ij
-from impactjax._cli.environment import FAST
+from impactjax._cli.compiler_flags import FAST
 
 os.environ.setdefault("XLA_FLAGS", FAST)  # read before the first computation
 jax.config.update("jax_enable_x64", True)

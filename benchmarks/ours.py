@@ -11,7 +11,7 @@ from jaxtyping import Array
 
 import impactjax as ij
 from contact_alone import ContactAlone
-from impactjax._cli.environment import FAST
+from impactjax._cli.compiler_flags import FAST
 from rivals import reference, tasks
 from rivals.prepared import Prepared, prepare
 

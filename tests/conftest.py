@@ -14,7 +14,7 @@ os.environ.setdefault("EQX_ON_ERROR", "nan")
 
 import jax  # noqa: E402  after the environment that it reads
 
-from impactjax._cli.environment import FAST, prepare  # noqa: E402
+from impactjax._cli.compiler_flags import FAST, prepare  # noqa: E402
 
 os.environ.setdefault("XLA_FLAGS", FAST)
 prepare()

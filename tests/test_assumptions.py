@@ -10,12 +10,12 @@ import pytest
 
 import impactjax as ij
 from estimates import line
-from impactjax._fit.assumptions import assumptions, rests
-from impactjax._fit.dimensions import dimensions, unit_of
-from impactjax._fit.first_estimates import FirstEstimates
-from impactjax._fit.laws import LAWS
-from impactjax._fit.system import Start, System, handles
+from impactjax._compare.laws import LAWS
+from impactjax._first_look.first_estimates import FirstEstimates
 from impactjax._model.law import AbstractImpactLaw
+from impactjax._problem.assumptions import assumptions, rests
+from impactjax._problem.dimensions import dimensions, unit_of
+from impactjax._problem.parameters import Start, System, handles
 from impactjax._report.document import document
 from impactjax._report.given import given, given_sentences, taken
 from impactjax._report.page import page

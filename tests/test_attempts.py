@@ -9,8 +9,8 @@ import pytest
 
 PROGRAM = """
 import os, sys, threading, time
-from impactjax._cli.attempts import attempted
-from impactjax._cli.environment import FAST, SAFE
+from impactjax._cli.retry_after_abort import attempted
+from impactjax._cli.compiler_flags import FAST, SAFE
 
 def command():
     flags = os.environ["XLA_FLAGS"]

@@ -9,7 +9,7 @@ import numpy as np
 import optax
 import pytest
 
-from impactjax._fit.descent import History, begin, step
+from impactjax._optimise.gradient_descent import History, begin, step
 
 
 def descend(optimiser, cost, start, steps):

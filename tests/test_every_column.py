@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._simulate.natural_step import natural_step
+from impactjax._simulate.default_step import natural_step
 from reference import richardson
 from tiers import mostly_thorough
 

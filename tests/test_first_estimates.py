@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 import impactjax as ij
 from estimates import line
-from impactjax._fit.compare import Setup, first_sight
-from impactjax._fit.first_estimates import first_estimates
+from impactjax._compare.compare import Setup, first_sight
+from impactjax._compare.laws import LAWS
+from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._first_look.first_estimates import first_estimates
 from impactjax._fit.fit import pose
-from impactjax._fit.laws import LAWS
-from impactjax._fit.oscillators import OSCILLATORS
 from reference import simulate_rigid
 from tiers import thorough
 

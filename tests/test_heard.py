@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from impactjax._measure.heard import heard
+from impactjax._record.missed_impacts import heard
 from tiers import quick
 
 pytestmark = quick

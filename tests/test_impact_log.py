@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._simulate.falling_zero import Bracket, falling_zero
+from impactjax._simulate.chandrupatla import Bracket, falling_zero
 from tiers import thorough
 
 MASS, OMEGA0, GAMMA, SPEED = 0.02, 700.0, 0.2, 0.8

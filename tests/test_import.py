@@ -28,7 +28,7 @@ print(json.dumps({"changed": changed, "modules": sorted(sys.modules)}))
 
 FIT = """
 import contextlib, json, sys
-from impactjax._cli.environment import prepare
+from impactjax._cli.compiler_flags import prepare
 from impactjax._cli.main import app
 
 prepare()

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import impactjax as ij
-from impactjax._cli.kept import kept
+from impactjax._cli.trace_cache import kept
 
 
 def program(folder):

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import impactjax as ij
 from impactjax._model.power import power
-from impactjax._simulate.natural_step import natural_step
+from impactjax._simulate.default_step import natural_step
 from tiers import thorough
 
 MASS, SPEED = 0.02, 0.73

@@ -9,8 +9,8 @@ from jaxtyping import Array
 from scipy.interpolate import BSpline
 
 import impactjax as ij
-from impactjax._fit.system import Start, System, handles
-from impactjax._simulate.natural_step import natural_step
+from impactjax._problem.parameters import Start, System, handles
+from impactjax._simulate.default_step import natural_step
 from tiers import mostly_thorough, thorough
 
 SPEEDS = np.array([0.1, 0.3, 0.7, 1.5, 3.0])

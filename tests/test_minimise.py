@@ -9,10 +9,10 @@ import pytest
 
 import impactjax as ij
 from estimates import line, swing
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._fit.minimiser import Bounds, Minimiser, Objective, Point, Quadratic
-from impactjax._fit.transform import to_range, to_unbounded
-from impactjax._model.parameter import Range
+from impactjax._optimise.bounds import to_range, to_unbounded
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._optimise.minimiser import Bounds, Minimiser, Objective, Point, Quadratic
+from impactjax._parameter import Range
 from tiers import thorough
 
 RANGES = {

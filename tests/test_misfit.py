@@ -9,7 +9,7 @@ import pytest
 
 import impactjax as ij
 from estimates import SMALL, TS, line
-from impactjax._fit.misfit import misfit
+from impactjax._problem.misfit import misfit
 from impactjax._report.document import document
 from tiers import quick
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._fit.compare import _is_worse, compare_by
-from impactjax._fit.first_estimates import FirstEstimates
-from impactjax._fit.laws import LAWS
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._fit.nested import SPECIAL_CASES, in_stages
+from impactjax._compare.compare import _is_worse, compare_by
+from impactjax._compare.laws import LAWS
+from impactjax._compare.nested import SPECIAL_CASES, in_stages
+from impactjax._first_look.first_estimates import FirstEstimates
 from impactjax._fit.search import Search
-from impactjax._model.parameter import ranges
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._parameter import ranges
 from impactjax._report.outcome import outcome_of
 from tiers import thorough
 

@@ -7,8 +7,8 @@ import pytest
 from scipy import linalg, signal
 
 import impactjax as ij
-from impactjax._fit.noise import levinson
-from impactjax._fit.ranking import differences
+from impactjax._compare.ranking import differences
+from impactjax._problem.noise import levinson
 from tiers import thorough
 
 TS = np.linspace(0.0, 1.0, 201)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from impactjax._fit.peaks import peaks
-from impactjax._fit.savitzky_golay import savitzky_golay, weights
+from impactjax._first_look.peaks import peaks
+from impactjax._first_look.savitzky_golay import savitzky_golay, weights
 from tiers import quick
 
 pytestmark = quick

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from impactjax._fit.queue import Iteration, in_turn
+from impactjax._optimise.lane_queue import Iteration, in_turn
 
 # Steps of 3 n + b or n / 2 until n is 1 or there were many: from 1 to 100 of them for b = 1.
 

@@ -10,8 +10,8 @@ import pytest
 
 import impactjax as ij
 from estimates import line, swing
-from impactjax._fit.digits import apart
-from impactjax._fit.ranking import best_first, differences
+from impactjax._compare.ranking import best_first, differences
+from impactjax._number_format import apart
 from impactjax._report.document import document
 from impactjax._report.rows import law_rows
 from impactjax._report.words import sentences

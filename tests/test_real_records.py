@@ -7,7 +7,7 @@ import pytest
 
 import impactjax as ij
 from command import fitted
-from impactjax._measure.sound import read_onsets
+from impactjax._record.onsets import read_onsets
 from tiers import thorough
 
 REAL = Path(__file__).parents[2] / "shared" / "realdata"

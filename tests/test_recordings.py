@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._measure.spikes import spikes
+from impactjax._record.outliers import spikes
 from tiers import quick
 
 pytestmark = quick

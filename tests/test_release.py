@@ -8,8 +8,8 @@ import pytest
 from scipy import integrate
 
 import impactjax as ij
-from impactjax._fit.first_estimates import first_estimates
-from impactjax._fit.release import release
+from impactjax._first_look.first_estimates import first_estimates
+from impactjax._first_look.hand_release import release
 from reference import simulate_rigid
 from tiers import quick
 

@@ -13,8 +13,8 @@ import pytest
 import impactjax as ij
 from browser import look, needs_browser
 from estimates import SMALL, line, swing
-from impactjax._fit.digits import interval, with_error
-from impactjax._fit.ranking import rejected
+from impactjax._compare.ranking import rejected
+from impactjax._number_format import interval, with_error
 from impactjax._report.document import document
 from impactjax._report.outcome import outcome
 from impactjax._report.page import page

@@ -10,7 +10,7 @@ from scipy import stats
 
 import impactjax as ij
 from estimates import SMALL, TS, line
-from impactjax._measure.clipping import clipped
+from impactjax._record.clipping import clipped
 from impactjax._report.words import sentences
 
 LINE = ij.ImpactOscillator(ij.FreeMass())

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from command import Fitted, fitted
-from impactjax._measure.read_recording import read_recording
+from impactjax._record.read_recording import read_recording
 from tiers import mostly_thorough
 
 DATA = Path(__file__).parent.parent / "data"

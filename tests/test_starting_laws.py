@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._fit.first_estimates import FirstEstimates
-from impactjax._fit.laws import LAWS, USUAL_LAWS
+from impactjax._compare.laws import LAWS, USUAL_LAWS
+from impactjax._first_look.first_estimates import FirstEstimates
 from tiers import thorough
 
 MASS, CONTACT = 0.02, 700.0

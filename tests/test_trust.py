@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._simulate.natural_step import natural_order
+from impactjax._simulate.default_step import natural_order
 
 IMPACTS = 1000
 

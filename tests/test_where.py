@@ -7,8 +7,8 @@ import pytest
 
 import impactjax as ij
 from impactjax._cli.setup import task_of
-from impactjax._fit.compare import Setup, compare, laws_for
-from impactjax._measure.read_recording import read_recording
+from impactjax._compare.compare import Setup, compare, laws_for
+from impactjax._record.read_recording import read_recording
 from impactjax._report.words import sentences
 from reference import simulate_rigid
 

@@ -7,11 +7,12 @@ import jax.numpy as jnp
 from impactjax._analytic.flight import AbstractFlight
 from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.initial_state import InitialState
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import as_parameter
 from impactjax._model.restitution import Restitution
 from impactjax._model.stop import Stop
-from impactjax._simulate.simulate import InitialState, simulate
+from impactjax._parameter import as_parameter
+from impactjax._simulate.simulate import simulate
 from impactjax._types import (
     Coordinate,
     CoordinateAcceleration,

@@ -4,11 +4,11 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from impactjax._model.initial_state import InitialState
 from impactjax._model.lambert import phi1
-from impactjax._model.parameter import as_parameter
 from impactjax._model.pendulum import Pendulum
 from impactjax._model.root import root
-from impactjax._simulate.simulate import InitialState
+from impactjax._parameter import as_parameter
 from impactjax._types import Coordinate, CoordinateRate, Ratio, Time
 
 

@@ -4,9 +4,9 @@ import math
 
 from impactjax._analytic.flight import AbstractFlight
 from impactjax._analytic.multiple_scales import MultipleScales
+from impactjax._model.initial_state import InitialState
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.pendulum import Pendulum
-from impactjax._simulate.simulate import InitialState
 from impactjax._types import Coordinate, Ratio, Speed
 
 

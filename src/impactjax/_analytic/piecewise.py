@@ -9,10 +9,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._analytic.multiple_scales import MultipleScales
+from impactjax._model.initial_state import InitialState
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._model.parameter import as_parameter
 from impactjax._model.pendulum import Pendulum
-from impactjax._simulate.simulate import InitialState
+from impactjax._parameter import as_parameter
 from impactjax._types import Coordinate, CoordinateRate, Scalar, Time
 
 

@@ -7,7 +7,7 @@ from jaxtyping import ArrayLike
 from impactjax._analytic.exact_flight import ExactFlight
 from impactjax._analytic.flight import AbstractFlight
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import as_parameter
+from impactjax._parameter import as_parameter
 from impactjax._types import Ratio, Speed
 
 

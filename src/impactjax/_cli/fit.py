@@ -18,21 +18,21 @@ from rich.measure import Measurement
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from impactjax._cli.environment import compiled_programs
-from impactjax._cli.kept import kept
+from impactjax._cli.compiler_flags import compiled_programs
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._cli.setup import Task, task_of
-from impactjax._fit.compare import Fitted, compare_by
-from impactjax._fit.digits import interval, with_unit
+from impactjax._cli.trace_cache import kept
+from impactjax._compare.compare import Fitted, compare_by
+from impactjax._compare.laws import LAWS, NO_LAW
+from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._compare.ranking import rejected
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.evaluation import evaluate
-from impactjax._fit.laws import LAWS, NO_LAW
-from impactjax._fit.oscillators import OSCILLATORS
-from impactjax._fit.ranking import rejected
 from impactjax._fit.search import Search
 from impactjax._known import known
-from impactjax._measure.file_error import FileError
-from impactjax._measure.read_recording import read_recording
+from impactjax._number_format import interval, with_unit
+from impactjax._record.file_error import FileError
+from impactjax._record.read_recording import read_recording
 from impactjax._report.document import document
 from impactjax._report.given import given
 from impactjax._report.page import page

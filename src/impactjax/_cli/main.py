@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from impactjax._cli.attempts import attempted
-from impactjax._cli.environment import prepare
+from impactjax._cli.compiler_flags import prepare
 from impactjax._cli.fit import fit_command
+from impactjax._cli.retry_after_abort import attempted
 from impactjax._cli.simulate import simulate_command
 
 app = typer.Typer(

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from impactjax._fit.laws import LAWS, NO_LAW
-from impactjax._fit.oscillators import OSCILLATORS
+from impactjax._compare.laws import LAWS, NO_LAW
+from impactjax._compare.oscillators import OSCILLATORS
 
 
 class Refusal(ValueError):  # noqa: N818  it is no error of the program

@@ -9,22 +9,22 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._cli.typical import parameters
-from impactjax._fit.compare import Setup, first_sight, laws_for
-from impactjax._fit.laws import LAWS, NO_LAW, USUAL_LAWS
-from impactjax._fit.oscillators import OSCILLATORS
-from impactjax._fit.release import release
-from impactjax._measure.file_error import FileError
-from impactjax._measure.impulse_response import ImpulseResponse
-from impactjax._measure.low_pass import Butterworth
-from impactjax._measure.quantity import Angle, ContactForce, Displacement, ProperAcceleration
-from impactjax._measure.read_recording import File
-from impactjax._measure.recording import AnyRecording, ImpactTimes, Recording
-from impactjax._measure.sensor import Sensor
-from impactjax._measure.sidecar import SensorTable, line_of
-from impactjax._measure.text import read_text
-from impactjax._model.parameter import ranges
+from impactjax._compare.compare import Setup, first_sight, laws_for
+from impactjax._compare.laws import LAWS, NO_LAW, USUAL_LAWS
+from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._compare.typical_systems import parameters
+from impactjax._first_look.hand_release import release
+from impactjax._parameter import ranges
+from impactjax._record.file_error import FileError
+from impactjax._record.read_recording import File
+from impactjax._record.recording import AnyRecording, ImpactTimes, Recording
+from impactjax._record.sidecar import SensorTable, line_of
+from impactjax._record.text import read_text
 from impactjax._report.units import shown_unit
+from impactjax._sensor.impulse_response import ImpulseResponse
+from impactjax._sensor.low_pass import Butterworth
+from impactjax._sensor.quantity import Angle, ContactForce, Displacement, ProperAcceleration
+from impactjax._sensor.sensor import Sensor
 
 _BEYOND = 0.25  # how far to the other side a record may go that lies on one
 _WHERE = ("gap", "offset", "gain")  # parameters that say where the stop is in a record

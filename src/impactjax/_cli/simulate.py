@@ -10,13 +10,13 @@ import numpy as np
 import typer
 
 from impactjax._cli.refusal import Refusal, check_names
-from impactjax._cli.typical import parameters, typical_system
-from impactjax._fit.laws import LAWS, NO_LAW
-from impactjax._fit.oscillators import OSCILLATORS
-from impactjax._fit.system import System, replaced
-from impactjax._measure.quantity import QUANTITIES
-from impactjax._model.parameter import Range
+from impactjax._compare.laws import LAWS, NO_LAW
+from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._compare.typical_systems import parameters, typical_system
+from impactjax._parameter import Range
+from impactjax._problem.parameters import System, replaced
 from impactjax._results import RESULTS
+from impactjax._sensor.quantity import QUANTITIES
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.trajectory import Trajectory
 

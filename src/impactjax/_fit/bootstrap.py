@@ -6,10 +6,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key
 
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._fit.minimiser import Vector
-from impactjax._fit.problem import AbstractProblem, Residuals
 from impactjax._fit.search import Search, Searches
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._optimise.minimiser import Vector
+from impactjax._problem.problem import AbstractProblem, Residuals
 
 _TAILS = (0.025, 0.975)
 

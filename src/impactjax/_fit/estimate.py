@@ -9,12 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from impactjax._fit.assumptions import Rest, assumptions, given_words, rests
-from impactjax._fit.digits import interval, with_error
-from impactjax._fit.problem import AbstractProblem, Problem
-from impactjax._fit.system import System
 from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, known
+from impactjax._number_format import interval, with_error
+from impactjax._problem.assumptions import Rest, assumptions, given_words, rests
+from impactjax._problem.parameters import System
+from impactjax._problem.problem import AbstractProblem, Problem
 from impactjax._simulate.impact_log import ImpactLog
 
 PerParameter = Float[AnyArray, "... parameters"]

@@ -7,9 +7,9 @@ import equinox as eqx
 import jax
 from jaxtyping import Bool, Float
 
-from impactjax._fit.minimiser import Quadratic, Vector
-from impactjax._fit.problem import AbstractProblem, Answer
 from impactjax._known import AnyArray
+from impactjax._optimise.minimiser import Quadratic, Vector
+from impactjax._problem.problem import AbstractProblem, Answer
 from impactjax._types import Flag
 
 Lanes = Float[AnyArray, "lanes parameters"]

@@ -9,21 +9,21 @@ from jax.core import Tracer
 
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.evaluation import Lanes
-from impactjax._fit.experiment import Experiment, Fixed
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._fit.loss import AbstractLoss, Squares
-from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
-from impactjax._fit.problem import Problem, Simulation, Tie
-from impactjax._fit.requests import check_declared, check_observable, check_requests
 from impactjax._fit.search import Search, Searches, lowest
 from impactjax._fit.starts import Starts
-from impactjax._fit.summary import summarise
-from impactjax._fit.system import Start, System, handles, replaced
+from impactjax._fit.uncertainty import summarise
 from impactjax._known import AnyArray, is_known, namespace
-from impactjax._measure.recording import AnyRecording, ImpactTimes
-from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._simulate.simulate import InitialState
+from impactjax._model.initial_state import InitialState
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._problem.checks import check_declared, check_observable, check_requests
+from impactjax._problem.experiment import Experiment, Fixed
+from impactjax._problem.loss import AbstractLoss, Squares
+from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
+from impactjax._problem.parameters import Start, System, handles, replaced
+from impactjax._problem.problem import Problem, Simulation, Tie
+from impactjax._record.recording import AnyRecording, ImpactTimes
+from impactjax._sensor.sensor import Sensor
 
 
 def fit(

@@ -9,18 +9,18 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from impactjax._fit.descent import History, begin, step
-from impactjax._fit.experiment import Experiment, Fixed
 from impactjax._fit.fit import pose
 from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, places
-from impactjax._fit.loss import AbstractLoss, Squares
-from impactjax._fit.noise import AbstractNoise, AutoregressiveNoise
-from impactjax._fit.problem import Answer, Simulation, around
-from impactjax._fit.requests import check_declared
-from impactjax._measure.recording import AnyRecording
-from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._simulate.simulate import InitialState
+from impactjax._model.initial_state import InitialState
+from impactjax._optimise.gradient_descent import History, begin, step
+from impactjax._problem.checks import check_declared
+from impactjax._problem.experiment import Experiment, Fixed
+from impactjax._problem.loss import AbstractLoss, Squares
+from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
+from impactjax._problem.problem import Answer, Simulation, around
+from impactjax._record.recording import AnyRecording
+from impactjax._sensor.sensor import Sensor
 from impactjax._types import Flag, Scalar
 
 if TYPE_CHECKING:

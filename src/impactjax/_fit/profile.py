@@ -9,10 +9,10 @@ import numpy as np
 from scipy import special
 
 from impactjax._fit.estimate import Estimate, P
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
 from impactjax._fit.search import Search, Searches
 from impactjax._fit.verdict import Verdict
-from impactjax._model.parameter import Range
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._parameter import Range
 
 _FIRST, _GROWTH, _FARTHEST = 2.0, 4.0, 200.0  # distances of the held values, in standard errors
 _ROUNDS = 12

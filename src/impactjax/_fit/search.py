@@ -10,8 +10,11 @@ import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
 from impactjax._fit.evaluation import Evaluate, Evaluated, Lanes, Parts, evaluate
-from impactjax._fit.levenberg_marquardt import LevenbergMarquardt
-from impactjax._fit.minimiser import (
+from impactjax._known import AnyArray, is_known, known, namespace
+from impactjax._optimise.bounds import farthest_move
+from impactjax._optimise.lane_queue import Iteration, in_turn
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._optimise.minimiser import (
     Bounds,
     Count,
     Mask,
@@ -23,10 +26,7 @@ from impactjax._fit.minimiser import (
     State,
     Vector,
 )
-from impactjax._fit.problem import AbstractProblem, Answer
-from impactjax._fit.queue import Iteration, in_turn
-from impactjax._fit.transform import farthest_move
-from impactjax._known import AnyArray, is_known, known, namespace
+from impactjax._problem.problem import AbstractProblem, Answer
 
 _EARLY = 1e-3  # relative decrease at which a part of the record is fitted well enough
 _LEAST = 0.1  # usual move, relative to the farthest

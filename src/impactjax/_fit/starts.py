@@ -6,10 +6,10 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 
-from impactjax._fit.problem import Problem
-from impactjax._fit.system import handles
 from impactjax._known import AnyArray, namespace
-from impactjax._model.parameter import Range, plain
+from impactjax._parameter import Range, plain
+from impactjax._problem.parameters import handles
+from impactjax._problem.problem import Problem
 
 _CONTACT_SPREAD, _OTHER_SPREAD = 1.0, 0.02
 _INSIDE = 0.02  # of a range: at its very end nothing is felt

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from impactjax._fit.system import Handle, with_values
 from impactjax._identify.directions import Directions, Sensitivities, directions, spread, without
 from impactjax._identify.parameters import chosen
 from impactjax._known import AnyArray, known, namespace
+from impactjax._problem.parameters import Handle, with_values
 
 Part = TypeVar("Part", bound=eqx.Module)
 PerParameter = Float[AnyArray, " parameters"]

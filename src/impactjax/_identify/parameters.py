@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import equinox as eqx
 
-from impactjax._fit.system import Handle, Start, System, handles
-from impactjax._measure.sensor import Sensor
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.parameter import ranges
-from impactjax._simulate.simulate import InitialState
+from impactjax._model.initial_state import InitialState
+from impactjax._parameter import ranges
+from impactjax._problem.parameters import Handle, Start, System, handles
+from impactjax._sensor.sensor import Sensor
 
 
 def parameters_of(part: eqx.Module) -> dict[str, Handle]:

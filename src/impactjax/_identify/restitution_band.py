@@ -7,7 +7,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._fit.learned import Learned
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._model.parameter import as_parameter
+from impactjax._parameter import as_parameter
 
 _ABSENT = 1e-6  # of a derivative: rounding
 

@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from impactjax._model.parameter import (
+from impactjax._parameter import (
     as_parameter,
     parameter,
     raise_if_violated,

@@ -4,9 +4,9 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from impactjax._model.base_motion import HarmonicMotion
+from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
-from impactjax._model.pendulum import STANDARD_GRAVITY
+from impactjax._parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
     Coordinate,
     CoordinateAcceleration,

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._parameter import as_parameter, parameter
 from impactjax._types import Coordinate, CoordinateAcceleration, CoordinateRate, Lever, Mass, Time
 
 

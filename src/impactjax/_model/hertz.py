@@ -8,10 +8,10 @@ from jaxtyping import ArrayLike
 
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractMemorylessLaw
-from impactjax._model.parameter import as_parameter, parameter
 from impactjax._model.power import Coefficient, power
 from impactjax._model.separable import separable_equivalents
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
+from impactjax._parameter import as_parameter, parameter
 from impactjax._types import Force, Length, Mass, Speed
 
 

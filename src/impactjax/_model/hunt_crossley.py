@@ -5,10 +5,10 @@ from jaxtyping import ArrayLike
 
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractMemorylessLaw
-from impactjax._model.parameter import as_parameter, parameter, require_restitution
 from impactjax._model.power import Coefficient, power_force
 from impactjax._model.separable import restitution_damping, separable_equivalents
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
+from impactjax._parameter import as_parameter, parameter, require_restitution
 from impactjax._types import Force, InverseSpeed, Length, Mass, Ratio, Speed
 
 

@@ -5,8 +5,8 @@ import dataclasses
 import equinox as eqx
 
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import Requirement, raise_if_violated, range_requirements
 from impactjax._model.stop import Stop
+from impactjax._parameter import Requirement, raise_if_violated, range_requirements
 
 
 class ImpactOscillator(eqx.Module):

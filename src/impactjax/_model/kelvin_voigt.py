@@ -13,8 +13,8 @@ from impactjax._model.linear_contact import (
     decay,
     half_turn,
 )
-from impactjax._model.parameter import as_parameter, parameter, require_restitution
 from impactjax._model.separation import AbstractSeparation, AtZeroForce, AtZeroPenetration
+from impactjax._parameter import as_parameter, parameter, require_restitution
 from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
 
 

@@ -8,8 +8,8 @@ from impactjax._model.equivalents import Equivalents
 from impactjax._model.kelvin_voigt import kelvin_voigt_equivalents
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.linear_contact import damping_ratio
-from impactjax._model.parameter import as_parameter, parameter
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
+from impactjax._parameter import as_parameter, parameter
 from impactjax._types import AngularFrequency, Force, InverseSpeed, Length, Mass, Ratio, Speed
 
 

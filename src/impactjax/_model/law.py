@@ -5,8 +5,8 @@ import abc
 import equinox as eqx
 from jaxtyping import Array, Float, PyTree
 
-from impactjax._model.parameter import raise_if_violated, range_requirements
 from impactjax._model.separation import AbstractSeparation
+from impactjax._parameter import raise_if_violated, range_requirements
 from impactjax._types import Force, Length, Mass, Ratio, Speed
 
 Internal = PyTree[Float[Array, "..."]]  # a force law's own state

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._model.parameter import Requirement, as_parameter, raise_if_violated
+from impactjax._parameter import Requirement, as_parameter, raise_if_violated
 from impactjax._types import Ratio, Speed
 
 _LEAST_SHARE = 1e-3  # a share of nothing would have no derivative and never be learned

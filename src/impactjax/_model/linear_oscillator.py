@@ -5,7 +5,7 @@ import jax.numpy as jnp
 
 from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
+from impactjax._parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
     AngularFrequency,
     Coordinate,

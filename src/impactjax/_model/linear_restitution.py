@@ -3,7 +3,7 @@
 import equinox as eqx
 
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._parameter import as_parameter, parameter
 from impactjax._types import InverseSpeed, Ratio, Speed
 
 

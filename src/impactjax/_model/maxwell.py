@@ -7,8 +7,8 @@ from jaxtyping import ArrayLike
 from impactjax._model.equivalents import Equivalents, equivalents
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.linear_contact import arc_ratio, damping_ratio, decay, half_turn
-from impactjax._model.parameter import as_parameter, parameter, require_restitution
 from impactjax._model.separation import AbstractSeparation, AtZeroForce
+from impactjax._parameter import as_parameter, parameter, require_restitution
 from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
 
 

@@ -4,7 +4,7 @@ import abc
 
 import equinox as eqx
 
-from impactjax._model.parameter import raise_if_violated, range_requirements
+from impactjax._parameter import raise_if_violated, range_requirements
 from impactjax._types import (
     Coordinate,
     CoordinateAcceleration,

@@ -5,8 +5,9 @@ import jax.numpy as jnp
 
 from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.equilibrium import AbstractEquilibrium, Hanging
+from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.parameter import as_optional_parameter, as_parameter, parameter
+from impactjax._parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
     AngularFrequency,
     Coordinate,
@@ -18,8 +19,6 @@ from impactjax._types import (
     Ratio,
     Time,
 )
-
-STANDARD_GRAVITY = 9.80665  # [m/s²]
 
 
 class Pendulum(AbstractOscillator):

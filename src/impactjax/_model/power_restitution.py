@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._parameter import as_parameter, parameter
 from impactjax._types import Ratio, Speed
 
 

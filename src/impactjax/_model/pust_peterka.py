@@ -3,9 +3,9 @@
 import equinox as eqx
 
 from impactjax._model.law import AbstractMemorylessLaw
-from impactjax._model.parameter import as_parameter, parameter
 from impactjax._model.power import Coefficient, power_force
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
+from impactjax._parameter import as_parameter, parameter
 from impactjax._types import Force, Length, Mass, Ratio, Speed
 
 

@@ -19,9 +19,9 @@ from jaxtyping import ArrayLike
 
 from impactjax._model.equivalents import Equivalents, equivalents
 from impactjax._model.lambert import psi, z_over_s
-from impactjax._model.parameter import as_parameter
 from impactjax._model.power import Coefficient
 from impactjax._model.root import root
+from impactjax._parameter import as_parameter
 from impactjax._types import Force, InverseSpeed, Mass, Ratio, Speed
 
 _SPACING, _REACH = 1 / 24, 132  # of the tanh-sinh rule: T to 1e-12 for Z up to 50, n up to 9

@@ -3,7 +3,7 @@
 import equinox as eqx
 
 from impactjax._model.law import AbstractLaw
-from impactjax._model.parameter import (
+from impactjax._parameter import (
     as_parameter,
     parameter,
     raise_if_violated,

@@ -9,7 +9,7 @@ from impactjax._fit.estimate import Estimate
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.information import Information
 from impactjax._identify.words import findings
-from impactjax._measure.recording import ImpactTimes
+from impactjax._record.recording import ImpactTimes
 from impactjax._report.style import FITTED, LAWS, OTHER
 
 if TYPE_CHECKING:

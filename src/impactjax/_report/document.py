@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import ArrayLike
 
-from impactjax._fit.compare import Fitted
+from impactjax._compare.compare import Fitted
+from impactjax._compare.ranking import differences, rejected
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.ranking import differences, rejected
-from impactjax._fit.system import handles
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
-from impactjax._identify.residuals import residuality
+from impactjax._identify.residual_diagnostics import residuality
 from impactjax._identify.words import coupling, findings
-from impactjax._measure.recording import ImpactTimes
+from impactjax._problem.parameters import handles
+from impactjax._record.recording import ImpactTimes
 from impactjax._report.given import OwnValue, given, is_assumed
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import residual_sentences

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactjax._fit.estimate import Estimate
-from impactjax._measure.recording import ImpactTimes
+from impactjax._record.recording import ImpactTimes
 from impactjax._report.style import FITTED, RECORDED
 from impactjax._report.units import shown_unit
 

@@ -6,13 +6,13 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._fit.assumptions import Assumption, Rest, assumptions, given_words, rests
-from impactjax._fit.compare import Fitted
-from impactjax._fit.digits import interval, with_error, with_unit
+from impactjax._compare.compare import Fitted
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.problem import Problem
-from impactjax._fit.system import handles
-from impactjax._measure.low_pass import AbstractLowPass, Butterworth
+from impactjax._number_format import interval, with_error, with_unit
+from impactjax._problem.assumptions import Assumption, Rest, assumptions, given_words, rests
+from impactjax._problem.parameters import handles
+from impactjax._problem.problem import Problem
+from impactjax._sensor.low_pass import AbstractLowPass, Butterworth
 
 
 class OwnValue(NamedTuple):

@@ -3,9 +3,9 @@
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._fit.compare import Fitted
+from impactjax._compare.compare import Fitted
 from impactjax._fit.estimate import Estimate
-from impactjax._measure.recording import ImpactTimes
+from impactjax._record.recording import ImpactTimes
 from impactjax._results import RESULTS
 from impactjax._simulate.simulate import simulate
 

@@ -9,12 +9,12 @@ from typing import Any
 
 import jinja2
 
-from impactjax._fit.compare import Fitted
-from impactjax._fit.laws import NO_LAW
-from impactjax._fit.ranking import CLEAR, rejected
+from impactjax._compare.compare import Fitted
+from impactjax._compare.laws import NO_LAW
+from impactjax._compare.ranking import CLEAR, rejected
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.words import coupling
-from impactjax._measure.recording import ImpactTimes
+from impactjax._record.recording import ImpactTimes
 from impactjax._report.coupling_figures import (
     plot_correlation,
     plot_directions,

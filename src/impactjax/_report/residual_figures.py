@@ -6,7 +6,7 @@ import numpy as np
 from scipy import special
 
 from impactjax._fit.estimate import Estimate
-from impactjax._identify.residuals import residuality
+from impactjax._identify.residual_diagnostics import residuality
 from impactjax._report.style import FAINT, FITTED, OTHER, RECORDED
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ that decided with its limit.
 
 import numpy as np
 
-from impactjax._fit.digits import apart
 from impactjax._fit.estimate import Estimate
-from impactjax._identify.residuals import Residuality, residuality
-from impactjax._measure.recording import ImpactTimes
+from impactjax._identify.residual_diagnostics import Residuality, residuality
+from impactjax._number_format import apart
+from impactjax._record.recording import ImpactTimes
 from impactjax._report.outcome import was_simulated
 
 _SAME = 0.005  # of a factor: not to be seen in two digits behind the point

@@ -10,15 +10,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from impactjax._fit.compare import Fitted
+from impactjax._compare.compare import Fitted
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.learned import Learned
-from impactjax._fit.system import System, replaced
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.information import Information
 from impactjax._identify.restitution_band import restitution_band
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractImpactLaw
+from impactjax._problem.parameters import System, replaced
 from impactjax._report.style import LAWS
 from impactjax._simulate.impact_log import ImpactLog
 

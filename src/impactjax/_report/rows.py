@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import jax
 import numpy as np
 
-from impactjax._fit.compare import Fitted
-from impactjax._fit.digits import interval
+from impactjax._compare.compare import Fitted
+from impactjax._compare.laws import NO_LAW
+from impactjax._compare.ranking import differences
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.laws import NO_LAW
-from impactjax._fit.ranking import differences
+from impactjax._number_format import interval
 from impactjax._report.given import given
 from impactjax._report.outcome import outcome_of, was_simulated
 from impactjax._report.units import shown_unit

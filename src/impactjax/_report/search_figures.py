@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from impactjax._first_look.first_estimates import first_estimates
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.first_estimates import first_estimates
-from impactjax._measure.recording import ImpactTimes
+from impactjax._record.recording import ImpactTimes
 from impactjax._report.style import FITTED, OTHER, RECORDED
 from impactjax._report.units import shown_unit
 

@@ -1,6 +1,6 @@
 """Units as people read them: degrees, milliseconds."""
 
-from impactjax._measure.recording import AnyRecording, ImpactTimes
+from impactjax._record.recording import AnyRecording, ImpactTimes
 
 
 def shown_unit(recording: AnyRecording) -> tuple[str, float]:

@@ -3,20 +3,20 @@
 import math
 from collections.abc import Sequence
 
-from impactjax._fit.compare import Fitted
-from impactjax._fit.digits import apart
-from impactjax._fit.estimate import Estimate
-from impactjax._fit.laws import NO_LAW
-from impactjax._fit.ranking import (
+from impactjax._compare.compare import Fitted
+from impactjax._compare.laws import NO_LAW
+from impactjax._compare.ranking import (
     CLEAR,
     differences,
     independent_observations,
     parameters_found,
 )
+from impactjax._fit.estimate import Estimate
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
-from impactjax._identify.residuals import residuality
+from impactjax._identify.residual_diagnostics import residuality
 from impactjax._identify.words import coupling, findings
+from impactjax._number_format import apart
 from impactjax._report.given import given_sentences
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import independence

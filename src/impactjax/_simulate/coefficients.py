@@ -11,16 +11,16 @@ from jaxtyping import Array, ArrayLike, Float, PyTree
 from impactjax._model.free_mass import FreeMass
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractForceLaw, Internal
-from impactjax._model.parameter import as_parameter
 from impactjax._model.separation import AbstractSeparation
 from impactjax._model.stop import Stop
+from impactjax._parameter import as_parameter
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import Automaton, with_internal
+from impactjax._simulate.chandrupatla import Bracket, falling_zero
 from impactjax._simulate.chatter import Chatter
-from impactjax._simulate.falling_zero import Bracket, falling_zero
+from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.lane import Run
 from impactjax._simulate.loop import record_steps
-from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.replay import differentiable_path
 from impactjax._simulate.single_impact import LONGEST, time_scale
 from impactjax._simulate.state import Mode, Phase, State

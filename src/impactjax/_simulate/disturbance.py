@@ -53,7 +53,8 @@ def _jacobian(automaton: Automaton, start: Point) -> Float[Array, "n n"]:
 
 def _lasting_rate(matrix: Float[Array, "n n"], fastest: Scalar, time: Scalar) -> Scalar:
     """The spectral radius of A e^(A time) over that of e^(A time), with a time cut where no
-    difference is left."""
+    difference is left.
+    """
     time = jnp.minimum(time, _over(jnp.asarray(_POWER / 2, matrix.dtype), fastest))
     faded, _ = _large_power(jnp.eye(len(matrix), dtype=matrix.dtype) + matrix * time / _POWER)
     return _spectral_radius(matrix @ faded) / _spectral_radius(faded)

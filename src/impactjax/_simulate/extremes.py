@@ -16,8 +16,8 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.root import implicit
 from impactjax._simulate.automaton import NO_EVENT, Automaton
+from impactjax._simulate.chandrupatla import Bracket, falling_zero
 from impactjax._simulate.chunks import CHUNK, map_some
-from impactjax._simulate.falling_zero import Bracket, falling_zero
 from impactjax._simulate.flow import walls
 from impactjax._simulate.lane import Record
 from impactjax._simulate.levels import chosen, heights, is_compliant, levels_of

@@ -77,7 +77,9 @@ class RungeKutta(AbstractStep):
 
     @property
     def power(self) -> int:
-        return _order(self.solver) + 1  # of the first term that is left out
+        order = self.solver.order(None)  # pyright: ignore[reportArgumentType]  terms do not matter
+        assert order is not None
+        return order + 1
 
     def reach(self, tolerance: Scalar) -> Scalar:
         return (_LOCAL * tolerance * math.factorial(self.power)) ** (1 / self.power)
@@ -90,7 +92,7 @@ class RungeKutta(AbstractStep):
         tolerance: Scalar,
         memory: _Memory,
     ) -> Outcome:
-        order = _order(self.solver)
+        order = self.power - 1
         guess = jnp.minimum(_first_guess(automaton, start, tolerance, order), remaining)
         h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), remaining)
         speed = jnp.maximum(memory.speed, jnp.abs(start.y.velocity))
@@ -184,12 +186,6 @@ def _stepped(
     tiny = jnp.finfo(h.dtype).tiny
     relative = [jnp.abs(e) / (scale + tiny) for e, scale in zip(errors, scales, strict=True)]
     return jax.tree.unflatten(structure, end[:-1]), jnp.max(jnp.stack(relative))
-
-
-def _order(solver: "diffrax.AbstractERK") -> int:
-    order = solver.order(None)  # pyright: ignore[reportArgumentType]  no method looks at the terms
-    assert order is not None
-    return order
 
 
 def _advanced(leaves: list[Array], h: Scalar, weights: np.ndarray, stages: list) -> list[Array]:

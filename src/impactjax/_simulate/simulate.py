@@ -12,40 +12,25 @@ from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.parameter import as_parameter, parameter
+from impactjax._model.initial_state import InitialState
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import with_internal
 from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.chunks import CHUNK
+from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.diagnosis import admitted
 from impactjax._simulate.impact_log import Impacts, impacts_of
 from impactjax._simulate.lane import Run
 from impactjax._simulate.loop import record_steps
-from impactjax._simulate.natural_step import natural_step
 from impactjax._simulate.replay import differentiable_path
 from impactjax._simulate.rest_log import rests_of
 from impactjax._simulate.sample import sample
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.trajectory import Stats, Trajectory
 from impactjax._simulate.varying import alike
-from impactjax._types import Coordinate, CoordinateRate, Flag, Samples, Scalar
+from impactjax._types import Flag, Samples, Scalar
 
 T = TypeVar("T")
-
-
-class InitialState(eqx.Module):
-    """Where a run starts.
-
-    **Arguments:**
-
-    - `position`: the coordinate [rad] or [m].
-    - `velocity`: its rate [rad/s] or [m/s].
-    """
-
-    position: Coordinate = eqx.field(converter=as_parameter, metadata=parameter("rad or m"))
-    velocity: CoordinateRate = eqx.field(
-        converter=as_parameter, metadata=parameter("rad/s or m/s"), default=0.0
-    )
 
 
 def simulate(

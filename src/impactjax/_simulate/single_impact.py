@@ -7,11 +7,12 @@ from jaxtyping import ArrayLike
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.free_mass import FreeMass
 from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.initial_state import InitialState
 from impactjax._model.law import AbstractForceLaw
-from impactjax._model.parameter import as_parameter
 from impactjax._model.stop import Stop
+from impactjax._parameter import as_parameter
 from impactjax._results import RESULTS
-from impactjax._simulate.simulate import InitialState, simulate
+from impactjax._simulate.simulate import simulate
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Length, Mass, Scalar, Speed, Time

@@ -1,0 +1,58 @@
+"""How long a simulation of a recording may get."""
+
+import math
+
+import numpy as np
+
+from impactjax._first_look.first_estimates import FirstEstimates
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.linear_oscillator import LinearOscillator
+from impactjax._model.pendulum import Pendulum
+from impactjax._problem.problem import Simulation
+from impactjax._record.recording import AnyRecording, ImpactTimes
+from impactjax._simulate.chunks import CHUNK
+from impactjax._simulate.default_step import natural_step
+from impactjax._simulate.taylor_step import TaylorStep
+
+_TOLERANCE = 1e-8  # what `simulate` takes in double precision
+_FADED = 1e-3  # speed, relative to the fastest, below which impacts are summed
+_MARGIN = 1.5  # for parameters that differ from the first estimates
+_TURN_STEPS = 8  # of a swing from one side to the other
+_IMPACT_STEPS = 8  # of an impact and the flight that follows
+_DEARER = 4  # steps by a Runge-Kutta method, beside those by Taylor series
+
+
+def effort(recording: AnyRecording, seen: FirstEstimates, model: ImpactOscillator) -> Simulation:
+    """Room for the impacts and the steps that a recording is expected to take, and half as much
+    again.
+    """
+    swings = _swings(recording, seen)
+    impacts = 0.0 if model.lower is None else swings + seen.speeds.size + _chatter(seen, model)
+    step = natural_step(model, _TOLERANCE)
+    dearer = 1 if isinstance(step, TaylorStep) else _DEARER
+    steps = _MARGIN * dearer * (_TURN_STEPS * swings + _IMPACT_STEPS * impacts) + CHUNK
+    return Simulation(max_steps=_power(steps), max_impacts=_power(_MARGIN * impacts + 8))
+
+
+def _power(number: float) -> int:
+    """The next power of two, so that similar recordings share a compiled program."""
+    return 2 ** math.ceil(math.log2(number))
+
+
+def _swings(recording: AnyRecording, seen: FirstEstimates) -> float:
+    """Times that the motion turns, as far as the oscillator does so by itself."""
+    oscillator = seen.oscillator
+    if isinstance(recording, ImpactTimes) or not isinstance(
+        oscillator, Pendulum | LinearOscillator
+    ):
+        return 0.0
+    ts = np.asarray(recording.ts)
+    return float(ts[-1] - ts[0]) * float(oscillator.omega_n) / math.pi
+
+
+def _chatter(seen: FirstEstimates, model: ImpactOscillator) -> float:
+    """Impacts until they are summed, where something presses the mass onto the stop."""
+    assert model.lower is not None
+    still = isinstance(seen.oscillator, Pendulum | LinearOscillator) and float(model.lower.gap) == 0
+    r = min(max(seen.restitution, 0.1), 0.97)
+    return 0.0 if still else math.log(_FADED) / math.log(r)

@@ -1,0 +1,276 @@
+"""Where a search starts, read off the recording itself."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import equinox as eqx
+import numpy as np
+from scipy import special
+
+from impactjax._first_look.coordinate_from_record import contact_duration, motion
+from impactjax._first_look.peaks import peaks
+from impactjax._first_look.savitzky_golay import savitzky_golay
+from impactjax._model.bouncing_ball import BouncingBall
+from impactjax._model.initial_state import InitialState
+from impactjax._model.linear_oscillator import LinearOscillator
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.pendulum import Pendulum
+from impactjax._parameter import as_parameter, plain
+from impactjax._record.recording import AnyRecording, ImpactTimes, Recording
+from impactjax._sensor.sensor import Sensor
+
+_PROMINENCE = 6.0  # of an extremum, in sizes of the noise
+_SHARP = 2.5  # how much faster a record leaves an impact than the top of a flight
+_NEAR = 0.05  # of the motion: nearer, the stop may be where it is said to be
+_USUAL_RESTITUTION = 0.6
+_USUAL_SPEED = 0.5  # [m/s]
+_REST = 1e-6  # [m/s]; slower is no impact to speak of
+_DIFFERENT = 1e-3  # relative range of the speeds that a line needs
+_CONTACT_SAMPLES = 4  # guess of a contact's duration
+
+
+class FirstEstimates(NamedTuple):
+    """What a recording shows at first sight.
+
+    - `oscillator`: with estimated values.
+    - `initial`: the state at the first sample, or after the first impact of a list.
+    - `speeds`, `restitutions`: of the impacts that could be read off [m/s], [1].
+    - `contact_frequency`: a guess at the natural frequency during contact [rad/s].
+    - `swings_freely`: whether the motion passes through the place of the stop.
+    - `marks`: times of the impacts that were found, or of the extremes of a free swing [s].
+    - `elsewhere`: the coordinate at which impacts seem to happen, if the stop is clearly not there.
+    """
+
+    oscillator: AbstractOscillator
+    initial: InitialState
+    speeds: np.ndarray
+    restitutions: np.ndarray
+    contact_frequency: float
+    swings_freely: bool
+    marks: np.ndarray = np.zeros(0)
+    elsewhere: float | None = None
+
+    @property
+    def restitution(self) -> float:
+        """A typical coefficient of restitution."""
+        usable = self.restitutions[(self.restitutions > 0.02) & (self.restitutions < 1)]
+        return float(np.median(usable)) if usable.size else _USUAL_RESTITUTION
+
+    @property
+    def speed(self) -> float:
+        """A typical speed of impact [m/s]."""
+        usable = self.speeds[self.speeds > _REST]
+        return float(np.median(usable)) if usable.size else _USUAL_SPEED
+
+    @property
+    def restitution_line(self) -> tuple[float, float]:
+        """r0 and α of a straight line through the impacts, r = r0 − α v."""
+        differ = self.speeds.size > 2 and np.ptp(self.speeds) > _DIFFERENT * self.speeds.max()
+        if not differ:
+            return self.restitution, 0.0
+        slope, level = np.polyfit(self.speeds, self.restitutions, 1)
+        if not 0.02 < level < 0.98:
+            return self.restitution, 0.0
+        return float(level), float(-slope)
+
+    @property
+    def restitution_power(self) -> tuple[float, float]:
+        """r0 and α of r = r0 v^−α through the typical impact, with the slope of the line."""
+        _, slope = self.restitution_line
+        r, v = self.restitution, self.speed
+        alpha = float(np.clip(slope * v / r, 0.05, 1.0))
+        return r * v**alpha, alpha
+
+
+def first_estimates(
+    recording: AnyRecording,
+    oscillator: AbstractOscillator,
+    gap: float = 0.0,
+    sensor: Sensor | None = None,
+) -> FirstEstimates:
+    """First estimates for an oscillator of a given kind, whose known values are kept, from what a
+    sensor of known gain and offset has seen.
+    """
+    if sensor is not None and isinstance(recording, Recording):
+        values = (np.asarray(recording.values) - plain(sensor.offset)) / plain(sensor.gain)
+        recording = eqx.tree_at(lambda each: each.values, recording, values)
+    if isinstance(recording, ImpactTimes):
+        return _from_impact_times(recording, oscillator)
+    ts, values = motion(recording, oscillator)
+    values = values + gap
+    smooth, noise = _smoothed(values)
+    initial = _initial(ts, values, noise, gap)
+    guess = _CONTACT_SAMPLES * float(np.median(np.diff(ts)))
+    contact = np.pi / (contact_duration(recording) or guess)
+    place = _stop_seen(values, smooth, noise)
+    if smooth.min() < -0.25 * smooth.max():
+        swinging, marks = _swinging(ts, smooth, noise, oscillator)
+        none = np.zeros(0)
+        seen = FirstEstimates(swinging, initial, none, none, contact, True, marks)
+    else:
+        seen = _impacting(ts, smooth, noise, oscillator, initial, contact, gap)
+    return seen if place is None else seen._replace(elsewhere=place - gap)
+
+
+def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
+    """A smoothed record, and the size of its noise."""
+    if len(values) < 16:
+        return values, 0.0
+    return savitzky_golay(values, 9, 2), noise_size(values)
+
+
+def noise_size(values: np.ndarray) -> float:
+    """Standard deviation of white noise on a smooth record, from its third differences."""
+    return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / np.sqrt(20))
+
+
+def _stop_seen(values: np.ndarray, smooth: np.ndarray, noise: float) -> float | None:
+    """Where a record turns back sharply, if that is clearly not at zero."""
+    turns = _turns(smooth, noise)
+    if len(turns) < 2:
+        return None
+    tops = np.array([a + int(np.argmax(smooth[a:b])) for a, b in pairwise(turns.tolist())])
+    reach = max(int(np.median(np.diff(turns))) // 8, 2)
+    turns, tops = (at[(at >= reach) & (at < len(smooth) - reach)] for at in (turns, tops))
+    if not (turns.size and tops.size):
+        return None
+    rises = (smooth[turns - reach] + smooth[turns + reach]) / 2 - smooth[turns]
+    falls = smooth[tops] - (smooth[tops - reach] + smooth[tops + reach]) / 2
+    sharp = rises > max(_SHARP * float(np.median(falls)), _PROMINENCE * noise)
+    if not sharp.any():
+        return None
+    lowest = [values[i - 2 : i + 3].min() for i in turns[sharp]]
+    place, fastest = float(np.median(lowest)), float(np.max(np.abs(np.diff(smooth))))
+    near = max(_PROMINENCE * noise, _NEAR * float(np.ptp(smooth)), 2 * fastest)
+    return place if abs(place) > near else None
+
+
+def _turns(smooth: np.ndarray, noise: float) -> np.ndarray:
+    """Where a record is lowest, between one flight or swing and the next."""
+    return peaks(-smooth, max(_PROMINENCE * noise, 0.02 * float(np.ptp(smooth))))
+
+
+def _initial(ts: np.ndarray, values: np.ndarray, noise: float, gap: float) -> InitialState:
+    """Position and velocity at the first sample, from a parabola through the first few."""
+    count = min(len(ts), max(5, 20 if noise > 0 else 5))
+    parabola = np.polynomial.Polynomial.fit(
+        ts[:count] - ts[0], values[:count] - gap, min(2, count - 1)
+    )
+    return InitialState(parabola(0.0), parabola.deriv()(0.0))
+
+
+def _swinging(
+    ts: np.ndarray, smooth: np.ndarray, noise: float, oscillator: AbstractOscillator
+) -> tuple[AbstractOscillator, np.ndarray]:
+    """Frequency and damping from the crossings and extremes of a free swing, and their times."""
+    crossings = np.flatnonzero(np.diff(np.sign(smooth)) != 0)
+    times, sizes, middles = [], [], []
+    for a, b in pairwise(crossings):
+        peak = a + int(np.argmax(np.abs(smooth[a : b + 1])))
+        if abs(smooth[peak]) > _PROMINENCE * noise and b - a > 2:
+            times.append(ts[b] - ts[a])
+            sizes.append(abs(smooth[peak]))
+            middles.append(ts[peak])
+    if not times:
+        return oscillator, np.zeros(0)
+    omega = float(np.median(_flight(oscillator, np.array(sizes), 0.0) / np.array(times)))
+    rate = -np.polyfit(middles, np.log(sizes), 1)[0] if len(sizes) > 2 else 0.01 * omega
+    zeta = float(np.clip(rate / omega, 1e-4, 0.5))
+    return _with_motion(oscillator, omega, zeta), np.array(middles)
+
+
+def _impacting(
+    ts: np.ndarray,
+    smooth: np.ndarray,
+    noise: float,
+    oscillator: AbstractOscillator,
+    initial: InitialState,
+    contact: float,
+    gap: float,
+) -> FirstEstimates:
+    """Frequency from the flights between impacts, restitution from their successive heights.
+
+    Turns on the far side of the equilibrium that do not reach the stop are flights as well, with no
+    impact at their ends.
+    """
+    turns = _turns(smooth, noise)
+    bounds = [0, *turns.tolist(), len(smooth) - 1]
+    heights = np.array([smooth[a : b + 1].max() for a, b in pairwise(bounds)])
+    durations = np.diff(ts[turns])
+    full = heights[1:-1] if len(heights) > 2 else np.zeros(0)
+    visible = full > _PROMINENCE * noise
+    if visible.any():
+        omega = float(np.median((_flight(oscillator, full, gap) / durations)[visible]))
+        oscillator = _with_motion(oscillator, omega, 0.003)
+    speeds = _speeds(oscillator, heights, gap)
+    last = len(heights) - (0 if _has_turned(smooth, bounds[-2]) else 1)
+    reaching = np.cumprod(speeds[:last] > 0)
+    before = speeds[:last][reaching > 0]
+    return FirstEstimates(
+        oscillator,
+        initial,
+        before[:-1],
+        before[1:] / before[:-1],
+        contact,
+        False,
+        ts[turns[: np.count_nonzero(speeds[:-1] > 0)]],
+    )
+
+
+def _has_turned(smooth: np.ndarray, begin: int) -> bool:
+    """Whether the last flight of a record reaches its height."""
+    rest = smooth[begin:]
+    return len(rest) > 4 and int(np.argmax(rest)) < len(rest) - 3
+
+
+def _flight(oscillator: AbstractOscillator, heights: np.ndarray, gap: float) -> np.ndarray:
+    """Duration of a flight from the stop to some distance from it and back, without damping, times
+    the natural frequency; that of a whole swing if it does not reach the stop.
+    """
+    sizes = heights - gap  # from the equilibrium, which is at a distance of `gap` from the stop
+    if isinstance(oscillator, Pendulum):
+        modulus = np.sin(np.clip(sizes, 1e-9, 3.1) / 2)
+        share = np.clip(np.sin(gap / 2) / modulus, -1, 1)
+        return 2 * (special.ellipk(modulus**2) + special.ellipkinc(np.arcsin(share), modulus**2))
+    return np.pi + 2 * np.arcsin(np.clip(gap / np.maximum(sizes, 1e-300), -1, 1))
+
+
+def _speeds(oscillator: AbstractOscillator, heights: np.ndarray, gap: float) -> np.ndarray:
+    """Speed at the stop [m/s] of a fall from rest at some distance from it; 0 if it is not reached.
+
+    That of a swing depends on where its equilibrium is, at a distance of `gap` from the stop.
+    """
+    heights = np.maximum(heights, 0)
+    lever = float(oscillator.lever())
+    if isinstance(oscillator, BouncingBall):
+        return np.sqrt(2 * float(oscillator.gravity) * heights)
+    sizes = heights - gap
+    if isinstance(oscillator, Pendulum):
+        squares = np.sin(np.clip(sizes, 0, 3.1) / 2) ** 2 - np.sin(gap / 2) ** 2
+        return lever * 2 * float(oscillator.omega_n) * np.sqrt(np.maximum(squares, 0))
+    if isinstance(oscillator, LinearOscillator):
+        squares = np.where(sizes > 0, sizes**2 - gap**2, 0.0)
+        return lever * float(oscillator.omega_n) * np.sqrt(np.maximum(squares, 0))
+    return heights
+
+
+def _with_motion(oscillator: AbstractOscillator, omega: float, zeta: float) -> AbstractOscillator:
+    """The oscillator with a frequency and a damping, if it has them; all else is kept."""
+    if not isinstance(oscillator, Pendulum | LinearOscillator):
+        return oscillator
+    own = as_parameter(omega), as_parameter(zeta)
+    return eqx.tree_at(lambda each: (each.omega_n, each.zeta), oscillator, own)
+
+
+def _from_impact_times(recording: ImpactTimes, oscillator: AbstractOscillator) -> FirstEstimates:
+    """Restitution from the flights between impacts under gravity."""
+    if not isinstance(oscillator, BouncingBall):
+        raise ValueError(
+            "A list of impact times needs a bouncing ball: its flights give the speeds."
+        )
+    flights = np.diff(np.asarray(recording.times))
+    speeds = float(oscillator.gravity) * flights / 2
+    ratios = speeds[1:] / speeds[:-1]
+    initial = InitialState(0.0, speeds[0])
+    marks = np.asarray(recording.times)
+    return FirstEstimates(oscillator, initial, speeds[:-1], ratios, 1e3, False, marks)

@@ -1,0 +1,188 @@
+"""The verb `fit_together`: several recordings, or what is known beforehand, in one estimate."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.fit import best_from, pose, solve
+from impactjax._fit.search import Lanes
+from impactjax._fit.starts import Starts
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._problem.checks import check_declared
+from impactjax._problem.experiment import Experiment
+from impactjax._problem.joint_problem import JointProblem, Normal
+from impactjax._problem.problem import Problem
+from impactjax._record.recording import AnyRecording, Recording
+from impactjax._types import Scalar
+
+_ROUNDS = 3  # in which the sizes of the noise settle
+_STARTS = 8  # at most: with what so many of the experiments say of what is shared
+
+
+def fit_together(
+    experiments: Sequence[Experiment],
+    *,
+    shared: Sequence[str] = (),
+    own: Sequence[str] = (),
+    priors: Mapping[str, Normal] = MappingProxyType({}),
+    starts: Starts = Starts(1),
+    optimiser: LevenbergMarquardt = LevenbergMarquardt(),
+) -> Estimate[JointProblem]:
+    """One estimate from several recordings: of one motion by several sensors, of one rig at several
+    times, of one material on several rigs.
+
+    What belongs to the model (oscillator, stops, laws) is shared by all experiments that have it;
+    initial state and sensor are each experiment's own and get its number: `theta0[1]`.
+
+    Each recording counts by the size of its own noise, which is known from its sensor or found:
+    first from a fit of that recording alone, then from what the joint fit leaves of it. Works
+    under `jit` and `vmap`.
+
+    **Arguments:**
+
+    - `experiments`: at least one.
+    - `shared`: names of further parameters that are shared, such as the initial state of one motion
+      seen by two sensors.
+    - `own`: names of parameters of the model that differ between experiments all the same.
+    - `priors`: what is known beforehand, by joint name.
+    - `starts`, `optimiser`: of the search in each recording alone; the joint searches start from
+      there.
+
+    **Raises** `ValueError` as `fit` does, and for names that no experiment has or that are both
+    `shared` and `own`.
+    """
+    if not experiments:
+        raise ValueError("There is no experiment to fit.")
+    most = max(_length(each.recording) for each in experiments)
+    problems = [pose(_padded(each, most)) for each in experiments]
+    for problem in problems:
+        check_declared(problem.system)
+    alone = [solve(problem, starts, optimiser) for problem in problems]
+    names, places = _named(problems, shared, own)
+    for name in priors:
+        if name not in names:
+            raise ValueError(f"There is no parameter `{name}`; there are {', '.join(names)}.")
+    joint = JointProblem(
+        problems=tuple(problems),
+        sizes=tuple(_size(estimate) for estimate in alone),
+        priors=tuple(priors.values()),
+        names=names,
+        places=places,
+        asked=tuple(names.index(name) for name in priors),
+    )
+    lanes = _lanes(joint, alone)
+    estimate = best_from(joint, lanes, optimiser)
+    for _ in range(_ROUNDS - 1 if joint.sizes_found else 0):
+        joint = eqx.tree_at(lambda each: each.sizes, joint, _sizes(estimate))
+        lanes = jnp.broadcast_to(joint.unbounded(estimate.values), lanes.shape)
+        estimate = best_from(joint, lanes, optimiser)
+    return estimate
+
+
+def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Problem]:
+    """One experiment of a joint estimate, with the errors that all of them leave: for figures,
+    words and residuals. The criteria are those of the joint fit.
+    """
+    joint = estimate.problem
+    places = jnp.array(joint.places[index])
+    residuals = joint.share(index, estimate.residuals)
+    jacobian = joint.share(index, estimate.jacobian)[:, places]
+    problem = joint.problems[index]
+    count = problem.observations.astype(residuals.dtype)
+    return Estimate(
+        problem=problem,
+        values=estimate.values[places],
+        standard_errors=estimate.standard_errors[places],
+        inflation=estimate.inflation[places],
+        freedom=estimate.freedom,
+        memory=problem.noise.order(problem.loss.score(residuals), count),
+        low=estimate.low[places],
+        high=estimate.high[places],
+        covariance=estimate.covariance[places][:, places],
+        verdicts=estimate.verdicts[places],
+        residuals=residuals,
+        jacobian=jacobian,
+        impacts=jax.tree.map(lambda x: x[index], estimate.impacts),
+        rms=jnp.sqrt(jnp.sum(residuals**2) / count),
+        aic=estimate.aic,
+        bic=estimate.bic,
+        misfit=problem.misfit(residuals),
+        converged=estimate.converged,
+        iterations=estimate.iterations,
+        start_costs=estimate.start_costs,
+    )
+
+
+def _length(recording: AnyRecording) -> int:
+    return recording.valid.shape[-1] if isinstance(recording, Recording) else 0
+
+
+def _padded(experiment: Experiment, count: int) -> Experiment:
+    """Records of one length share a program."""
+    recording = experiment.recording
+    if isinstance(recording, Recording):
+        return experiment._replace(recording=recording.padded(count))
+    return experiment
+
+
+def _named(
+    problems: Sequence[Problem], shared: Sequence[str], own: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[tuple[int, ...], ...]]:
+    """The joint names, and where among them each problem finds its own."""
+    known = {name for problem in problems for name in problem.names}
+    for name in (*shared, *own):
+        if name not in known:
+            raise ValueError(f"No experiment fits a parameter `{name}`; there are {sorted(known)}.")
+    if both := sorted({*shared} & {*own}):
+        raise ValueError(f"Parameter `{both[0]}` is both shared and each experiment's own.")
+    names: list[str] = []
+    places = []
+    for i, problem in enumerate(problems):
+        called = [
+            name
+            if (handle.path[0] == "model" or name in shared) and name not in own
+            else f"{name}[{i}]"
+            for name, handle in problem.handles().items()
+        ]
+        names += [name for name in called if name not in names]
+        places.append(tuple(names.index(name) for name in called))
+    return tuple(names), tuple(places)
+
+
+def _size(alone: Estimate[Problem]) -> Scalar:
+    """Size of the noise, as a recording alone shows it."""
+    known = alone.problem.variance()
+    if known is not None:
+        return jnp.sqrt(known)
+    n, p = alone.problem.observations.astype(alone.rms.dtype), len(alone.names)
+    return alone.rms * jnp.sqrt(n / (n - p))
+
+
+def _sizes(estimate: Estimate[JointProblem]) -> tuple[Scalar, ...]:
+    """Size of the noise of each recording, as the joint fit shows it."""
+    joint, found = estimate.problem, []
+    dtype = estimate.residuals.dtype
+    share = 1 - len(joint.names) / joint.observations.astype(dtype)
+    for i, problem in enumerate(joint.problems):
+        squares = jnp.sum(joint.share(i, estimate.residuals) ** 2)
+        known = problem.variance()
+        count = problem.observations.astype(dtype)
+        variance = squares / (count * share) if known is None else known
+        found.append(jnp.sqrt(variance))
+    return tuple(found)
+
+
+def _lanes(joint: JointProblem, alone: Sequence[Estimate[Problem]]) -> Lanes:
+    """Starts with what one experiment alone says of what is shared."""
+    order = range(len(alone))
+    rows = []
+    for chief in order[:_STARTS]:
+        values = jnp.zeros(len(joint.names), alone[0].values.dtype)
+        for i in (*(i for i in order if i != chief), chief):
+            values = values.at[jnp.array(joint.places[i])].set(alone[i].values)
+        rows.append(joint.unbounded(values))
+    return jnp.stack(rows)

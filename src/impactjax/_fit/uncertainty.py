@@ -1,0 +1,130 @@
+"""From a minimum to an estimate: covariance, intervals, criteria."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+from scipy import special
+
+from impactjax._fit.estimate import Estimate, P
+from impactjax._fit.verdict import Verdict
+from impactjax._optimise.minimiser import Minimum
+from impactjax._problem.problem import AbstractProblem, Answer
+from impactjax._types import Scalar
+
+_LOST = 1e-6  # of a direction's length
+_NORMAL = float(special.ndtri(0.975))
+
+
+@eqx.filter_jit
+def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estimate[P]:
+    """The estimate that a minimum stands for, in the approximation of small errors."""
+    residuals, jacobian = minimum.answer.residuals, minimum.answer.jacobian
+    assert jacobian is not None
+    loss, noise = problem.assumed()
+    count, p = problem.observations, len(problem.names)
+    n = count.astype(residuals.dtype)
+    squares = 2 * minimum.cost
+    values = problem.values(minimum.u)
+    known = problem.variance()
+    variance = squares / (n - p) if known is None else known
+    stiffness = loss.stiffness(residuals)[:, None]
+    half, informative = _half_inverse(jacobian.T @ (stiffness * jacobian))
+    if problem.is_classical():
+        spread, freedom = variance * jnp.eye(p, dtype=values.dtype), jnp.full_like(n, jnp.inf)
+    else:
+        spread, freedom = _spread(problem, residuals, n, jacobian @ half)
+    infinite = jnp.diag(jnp.where(informative, 0.0, jnp.inf))
+    covariance = half @ spread @ half.T + infinite
+    plain = variance * jnp.sum(half**2, axis=1)
+    errors = jnp.sqrt(jnp.diagonal(covariance))
+    half_width = _quantile(freedom, residuals.shape[0]) * errors
+    places = problem.handles()
+    lowest = jnp.array([places[name].allowed.low for name in problem.names], values.dtype)
+    highest = jnp.array([places[name].allowed.high for name in problem.names], values.dtype)
+    low, high = jnp.maximum(values - half_width, lowest), jnp.minimum(values + half_width, highest)
+    scale = jnp.array([places[name].allowed.excludes_low for name in problem.names])
+    # The error of a scale that may be next to nothing says as little of how large it may be.
+    high = jnp.where(scale & (low <= lowest), highest, high)
+    size = squares / n if known is None else known
+    simulated = jnp.isfinite(squares)
+    converged = minimum.converged & (count > p)
+    missed = problem.misfit(residuals)
+    usable = converged & (missed == 0)
+    likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2 - problem.log_units
+    likelihood = jnp.where(simulated, likelihood, -jnp.inf)
+    found = p + problem.sizes_found
+    return Estimate(
+        problem=problem,
+        values=values,
+        standard_errors=errors,
+        low=low,
+        high=high,
+        covariance=covariance,
+        inflation=jnp.where(plain > 0, errors / jnp.sqrt(jnp.where(plain > 0, plain, 1.0)), 1.0),
+        freedom=freedom,
+        memory=noise.order(loss.score(residuals), n),
+        verdicts=verdicts((low > lowest) & usable, (high < highest) & usable),
+        residuals=residuals,
+        jacobian=jacobian,
+        impacts=minimum.answer.impacts,
+        rms=jnp.where(simulated, jnp.sqrt(jnp.sum(residuals**2) / n), jnp.inf),
+        aic=2 * found - 2 * likelihood,
+        bic=jnp.log(n) * found - 2 * likelihood,
+        misfit=missed,
+        converged=converged,
+        iterations=minimum.iterations,
+        start_costs=start_costs,
+    )
+
+
+def verdicts(below: Array, above: Array) -> Array:
+    """Verdicts from whether the parameters are bounded from below and from above."""
+    both = jnp.where(below & above, Verdict.IDENTIFIED, Verdict.ONE_SIDED)
+    return jnp.where(below | above, both, Verdict.NOT_IDENTIFIED).astype(jnp.int32)
+
+
+def _spread(
+    problem: AbstractProblem, residuals: Array, n: Scalar, directions: Array
+) -> tuple[Array, Scalar]:
+    """Covariance of the pull along some directions of the residuals, and its degrees of freedom.
+
+    The directions have length one or, where rounding leaves no information, less: what lacks counts
+    as independent. Correlated residuals stand for fewer independent ones, n / κ with κ the mean of
+    their spread along the directions over that of independent ones.
+    """
+    p = directions.shape[1]
+    loss, noise = problem.assumed()
+    scores = loss.score(residuals)
+    size = jnp.sum(scores**2) / n
+    lacking = jnp.maximum(1 - jnp.sum(directions**2, axis=0), 0)
+    lost = jnp.diag(jnp.where(lacking > _LOST, lacking, 0.0)) * size
+    spread = noise.spread(scores, n, directions) + lost
+    kappa = jnp.trace(spread) / (p * jnp.where(size > 0, size, 1.0))
+    effective = jnp.maximum(n / jnp.maximum(kappa, 1.0), p + 1.0)
+    return spread * effective / (effective - p), effective - p
+
+
+def _quantile(freedom: Scalar, most: int) -> Scalar:
+    """The 97.5 % quantile of Student's distribution."""
+    whole = np.arange(1.0, most + 1)
+    table = special.stdtrit(whole, 0.975)
+    whole, table = jnp.asarray(whole, freedom.dtype), jnp.asarray(table, freedom.dtype)
+    student = jnp.interp(jnp.nan_to_num(freedom), whole, table)
+    return jnp.where(jnp.isfinite(freedom), student, _NORMAL)
+
+
+def _half_inverse(information: Array) -> tuple[Array, Array]:
+    """A matrix H with H Hᵀ the inverse, and which parameters carry information at all.
+
+    The information is scaled first; eigenvalues that rounding may have made are raised.
+    """
+    diagonal = jnp.diagonal(information)
+    informative = diagonal > 0
+    scale = jnp.where(informative, jnp.sqrt(jnp.where(informative, diagonal, 1.0)), 1.0)
+    scaled = information / (scale[:, None] * scale[None, :])
+    scaled = jnp.where(informative[:, None] & informative[None, :], scaled, jnp.eye(len(scale)))
+    eigenvalues, vectors = jnp.linalg.eigh(scaled)
+    floor = len(scale) * jnp.finfo(scale.dtype).eps
+    half = vectors / jnp.sqrt(jnp.maximum(eigenvalues, floor)) / scale[:, None]
+    return jnp.where(informative[:, None], half, 0.0), informative

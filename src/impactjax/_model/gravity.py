@@ -1,0 +1,3 @@
+"""Acceleration of free fall."""
+
+STANDARD_GRAVITY = 9.80665  # [m/s²]

@@ -1,0 +1,258 @@
+"""Nonlinear least squares by Levenberg and Marquardt, an evaluation at a time.
+
+A search asks for the value at a point and is told it: one step serves a search whose numbers are
+known, with evaluations of many searches in one call, and one that JAX traces.
+
+Source: damping by gain as in Nielsen (1999), "Damping parameter in Marquardt's method", IMM-REP.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Generic, NamedTuple, TypeVar
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from impactjax._known import AnyArray, either, namespace
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+
+_TIE = 0.001  # share of the strongest curvature in the damping of each parameter
+_GROWTH = 2.0  # of the damping, when a step is refused for the first time
+_TOO_MUCH, _LEAST_DAMPING = 1e12, 1e-12
+
+T = TypeVar("T")
+Vector = Float[AnyArray, " parameters"]
+Matrix = Float[AnyArray, "parameters parameters"]
+Mask = Bool[AnyArray, " parameters"]
+Number = Float[AnyArray, ""]
+Flag = Bool[AnyArray, ""]
+Count = Int[AnyArray, ""]
+
+
+class Quadratic(eqx.Module):
+    """The sum of squares around a point, in the optimiser's coordinates."""
+
+    cost: Float[AnyArray, "..."]  # Σ r² / 2
+    gradient: Float[AnyArray, "... parameters"]
+    curvature: Float[AnyArray, "... parameters parameters"]  # Gauss-Newton
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Objective(Generic[T]):
+    """The function to be minimised, over one part of the observations after the other; the last
+    part is the whole.
+
+    - `around`: the sum of squares of a part around a point, from the answer of its evaluation.
+    - `onwards`: where the search of the next part starts if that of the last one ends at a point.
+    - `reductions`: of each part, relative decrease of the cost below which its minimum is found.
+    """
+
+    around: Callable[[Vector, T, Count], Quadratic]
+    onwards: Callable[[Vector], Vector]
+    reductions: Float[AnyArray, " parts"]
+
+
+class Bounds(NamedTuple):
+    """Limits of a search.
+
+    - `active`: which parameters may move at all.
+    - `reach`: the farthest that each may move at once.
+    - `usual`: the farthest that each may move where it is felt with others only; infinite for one
+      that may do so anyway.
+    """
+
+    active: Mask
+    reach: Vector
+    usual: Vector
+
+
+class Minimum(eqx.Module, Generic[T]):
+    """Where a search ended."""
+
+    u: Float[AnyArray, "... parameters"]
+    answer: T
+    cost: Float[AnyArray, "..."]
+    converged: Bool[AnyArray, "..."]
+    iterations: Int[AnyArray, "..."]
+
+
+class Point(eqx.Module, Generic[T]):
+    """A point that was evaluated; its cost is infinite where nothing is known of it."""
+
+    u: Vector
+    answer: T
+    quadratic: Quadratic
+
+    @property
+    def is_known(self) -> Flag:
+        """Whether it was evaluated, and could be."""
+        return namespace(self.u).isfinite(self.quadratic.cost)
+
+
+class State(eqx.Module, Generic[T]):
+    """Where a search is.
+
+    - `best`: the lowest point so far, or where to begin.
+    - `trial`: where to evaluate next.
+    - `predicted`: by how much the cost should fall there.
+    - `left`: evaluations, in this part.
+    """
+
+    best: Point[T]
+    trial: Vector
+    predicted: Number
+    damping: Number
+    growth: Number
+    part: Count
+    left: Count
+    converged: Flag
+    ended: Flag
+    iterations: Count
+
+    @property
+    def minimum(self) -> Minimum[T]:
+        """Where the search ends, if it has."""
+        best = self.best
+        return Minimum(best.u, best.answer, best.quadratic.cost, self.converged, self.iterations)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Minimiser(Generic[T]):
+    """The search for a minimum, an evaluation at a time.
+
+    It is found when the cost fell by less than the reduction asked for in the step just taken, as
+    expected; that of a part is good enough when it would by a step of Gauss and Newton, unless it
+    is the last one. A parameter that is not felt over its reach stays for the moment. A point whose
+    cost is not finite is never accepted.
+
+    - `nothing`: the point of which nothing is known.
+    """
+
+    settings: LevenbergMarquardt
+    objective: Objective[T]
+    bounds: Bounds
+    nothing: Point[T]
+
+    def begin(self, start: Vector) -> State[T]:
+        """Before the first evaluation."""
+        zero = namespace(start).zeros((), np.int32)
+        return self._fresh(dataclasses.replace(self.nothing, u=start), zero, zero)
+
+    def told(self, state: State[T], answer: T) -> State[T]:
+        """After the evaluation of the trial, and in the next part if that of the last is over."""
+        quadratic = self.objective.around(state.trial, answer, state.part)
+        state = self._learned(state, Point(state.trial, answer, quadratic))
+        for _ in range(self.objective.reductions.shape[0] - 1):
+            over = state.ended & self._is_early(state.part)
+            state = either(over, lambda state=state: self._next_part(state), state)
+        return self._proposed(state)
+
+    def _fresh(self, best: Point[T], part: Count, iterations: Count) -> State[T]:
+        xp = namespace(best.u)
+        damping, growth = (
+            xp.full_like(best.u[0], each) for each in (self.settings.damping, _GROWTH)
+        )
+        left, found = xp.full_like(part, self.settings.max_iterations), self._is_enough(best, part)
+        zero = xp.zeros_like(damping)
+        return State(best, best.u, zero, damping, growth, part, left, found, found, iterations)
+
+    def _next_part(self, state: State[T]) -> State[T]:
+        best, part, u = state.best, state.part + 1, self.objective.onwards(state.best.u)
+        seen = Point(u, best.answer, self.objective.around(u, best.answer, part))
+        stays = namespace(u).all(u == best.u) & best.is_known & seen.is_known
+        start = either(stays, lambda: seen, dataclasses.replace(self.nothing, u=u))
+        return self._fresh(start, part, state.iterations)
+
+    def _proposed(self, state: State[T]) -> State[T]:
+        """The state with its next trial: the best point itself if nothing is known of it."""
+        xp, best = namespace(state.trial), state.best
+        moving = _moving(best.quadratic, self.bounds, self._small(best, state.part))
+        move = _move(best.quadratic, state.damping, moving, self.bounds)
+        move = xp.where(best.is_known, move, 0.0)
+        predicted = _predicted(best.quadratic, move)
+        return dataclasses.replace(state, trial=best.u + move, predicted=predicted)
+
+    def _learned(self, state: State[T], trial: Point[T]) -> State[T]:
+        xp, best, predicted = namespace(state.trial), state.best, state.predicted
+        gained = best.quadratic.cost - trial.quadratic.cost
+        accepted = trial.is_known & (gained > 0)
+        ratio = gained / xp.where(predicted > 0, predicted, 1.0)
+        easier = xp.maximum(1 / 3, 1 - (2 * ratio - 1) ** 3)
+        damping = state.damping * xp.where(accepted, easier, state.growth)
+        damping = xp.where(best.is_known, damping, state.damping)
+        small = self._small(best, state.part)
+        flat = (predicted <= small) & (xp.where(accepted, gained, 0.0) <= small)
+        lowest = either(accepted, lambda: trial, best)
+        found = (best.is_known & flat) | self._is_enough(lowest, state.part)
+        hopeless = (~best.is_known & ~accepted) | (damping > _TOO_MUCH) | (state.left == 1)
+        return dataclasses.replace(
+            state,
+            best=lowest,
+            damping=damping,
+            growth=xp.where(accepted, _GROWTH, 2 * state.growth),
+            left=state.left - 1,
+            converged=found,
+            ended=found | hopeless,
+            iterations=state.iterations + 1,
+        )
+
+    def _is_enough(self, best: Point[T], part: Count) -> Flag:
+        """Whether a part that is not the last is fitted well enough."""
+        small = self._small(best, part)
+        gain = _expected_gain(best.quadratic, _moving(best.quadratic, self.bounds, small))
+        return self._is_early(part) & best.is_known & (gain <= small)
+
+    def _is_early(self, part: Count) -> Flag:
+        return part < self.objective.reductions.shape[0] - 1
+
+    def _small(self, best: Point[T], part: Count) -> Number:
+        return self.objective.reductions[part] * best.quadratic.cost
+
+
+def _moving(quadratic: Quadratic, bounds: Bounds, small: Number) -> Mask:
+    """Which parameters are felt over their reach."""
+    felt = _diagonal(quadratic.curvature) * bounds.reach**2 > small
+    return bounds.active & felt
+
+
+def _diagonal(matrix: Matrix) -> Vector:
+    return namespace(matrix).diagonal(matrix)
+
+
+def _move(quadratic: Quadratic, damping: Number, moving: Mask, bounds: Bounds) -> Vector:
+    xp, usual = namespace(quadratic.curvature), bounds.usual
+    diagonal, tied = _diagonal(quadratic.curvature), moving & xp.isfinite(usual)
+    strongest = xp.max(xp.where(tied, diagonal * usual**2, 0.0))
+    scale = diagonal + _TIE * strongest / usual**2
+    move = -_damped(quadratic, moving, scale, damping)
+    return move / xp.maximum(xp.max(xp.abs(move) / bounds.reach), 1.0)
+
+
+def _damped(quadratic: Quadratic, moving: Mask, scale: Vector, damping: Number | float) -> Vector:
+    """(H + λ S)⁻¹ g over the parameters that move, with the diagonal S."""
+    xp = namespace(scale)
+    root = xp.sqrt(xp.where(scale > 0, scale, 1.0))
+    both = moving[:, None] & moving[None, :]
+    unit = xp.eye(scale.shape[0], dtype=scale.dtype)
+    scaled = xp.where(both, quadratic.curvature / (root[:, None] * root[None, :]), unit)
+    gradient = xp.where(moving, quadratic.gradient / root, 0.0)
+    return _solved(scaled + damping * unit, gradient) / root
+
+
+def _solved(matrix: Matrix, vector: Vector) -> Vector:
+    """A⁻¹ b; not a number where A is singular."""
+    try:
+        return namespace(matrix).linalg.solve(matrix, vector)
+    except np.linalg.LinAlgError:
+        return np.full_like(vector, np.nan)
+
+
+def _predicted(quadratic: Quadratic, move: Vector) -> Number:
+    return -(quadratic.gradient @ move) - move @ quadratic.curvature @ move / 2
+
+
+def _expected_gain(quadratic: Quadratic, moving: Mask) -> Number:
+    """The gain of a step of Gauss and Newton, gᵀ H⁻¹ g / 2."""
+    scale = _diagonal(quadratic.curvature)
+    return quadratic.gradient @ _damped(quadratic, moving, scale, _LEAST_DAMPING) / 2

@@ -1,0 +1,110 @@
+"""What can be asked of a fit, and what is refused."""
+
+import difflib
+from collections.abc import Collection, Mapping
+from functools import reduce
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import ArrayLike
+
+from impactjax._model.law import AbstractForceLaw
+from impactjax._parameter import Range, as_parameter
+from impactjax._problem.experiment import Experiment
+from impactjax._problem.parameters import System, handles
+from impactjax._record.recording import ImpactTimes
+from impactjax._sensor.quantity import ContactForce
+
+
+def check_observable(experiment: Experiment) -> None:
+    """Checks that the oscillator and its stops have what was recorded."""
+    if isinstance(experiment.recording, ImpactTimes):
+        return
+    quantity, model = experiment.recording.quantity, experiment.model
+    if quantity.of_angle not in (None, model.oscillator.is_angle()):
+        raise ValueError(
+            f"A record of {quantity.name} does not suit a {type(model.oscillator).__name__}."
+        )
+    laws = [stop.law for stop in (model.lower, model.upper) if stop is not None]
+    if isinstance(quantity, ContactForce) and not any(
+        isinstance(law, AbstractForceLaw) for law in laws
+    ):
+        raise ValueError("No stop of the model has a force law, so there is no contact force.")
+
+
+def check_requests(experiment: Experiment, system: System) -> None:
+    """Checks that all names are known, each asked for once, and that ties can be worked out."""
+    known = handles(system)
+    asked = {"fixed": experiment.fixed, "free": experiment.free, "ties": tuple(experiment.ties)}
+    seen: dict[str, str] = {}
+    if isinstance(experiment.free, Mapping):
+        raise ValueError("Argument `free` must be a list of names; `model` has the values.")
+    for argument, names in asked.items():
+        if isinstance(names, str):
+            raise ValueError(f"Argument `{argument}` must be a list of names: ['{names}'].")
+        for name in names:
+            check_known(name, known)
+            if seen.setdefault(name, argument) != argument:
+                raise ValueError(f"`{name}` is in both `{seen[name]}` and `{argument}`.")
+    if isinstance(experiment.fixed, Mapping):
+        for name, value in experiment.fixed.items():
+            check_value(name, value, known[name].allowed)
+    at = {name: handle.get(system) for name, handle in known.items() if name not in experiment.ties}
+    for name, tie in experiment.ties.items():
+        try:
+            value = jnp.asarray(tie(at))
+        except KeyError as error:
+            raise ValueError(
+                f"The tie of `{name}` asks for {error}, which is no parameter or tied itself."
+            ) from error
+        if value.shape != known[name].get(system).shape:
+            raise ValueError(f"The tie of `{name}` gives shape {value.shape}, not one number.")
+
+
+def check_value(name: str, value: ArrayLike, allowed: Range) -> None:
+    """Checks that a parameter may have a value, as far as it is known by now."""
+    number = as_parameter(value)
+    if number.ndim != 0:
+        raise ValueError(f"`{name}` must be one number, but its shape is {number.shape}.")
+    if not isinstance(number, Tracer) and not bool(allowed.holds(number)):
+        raise ValueError(f"`{name}` must be {allowed.describe()}, but it is {float(number):g}.")
+
+
+def check_known(name: str, known: Collection[str]) -> None:
+    """Checks that there is a parameter of that name; the sentence says which one may be meant."""
+    if name in known:
+        return
+    close = difflib.get_close_matches(name, known, 1)
+    remedy = f"did you mean `{close[0]}`?" if close else f"there are {', '.join(known)}."
+    raise ValueError(f"There is no parameter `{name}`; {remedy}")
+
+
+def check_declared(system: System, found: Collection[int] = ()) -> None:
+    """Checks that each number of the model is a declared parameter, or found otherwise.
+
+    Arrays of several numbers are weights, for `learn` to find.
+
+    **Arguments:**
+
+    - `system`: with the model.
+    - `found`: which of its leaves are found otherwise.
+    """
+    leaves, structure = jax.tree.flatten(system)
+    numbered = jax.tree.unflatten(structure, range(len(leaves)))
+    declared = {reduce(getattr, each.path, numbered) for each in handles(system).values()}
+    for path, place in jax.tree_util.tree_leaves_with_path(numbered.model):
+        if _is_number(leaves[place]) and place not in declared and place not in found:
+            where = "model" + jax.tree_util.keystr(path)
+            raise ValueError(
+                f"{where} is a number without a unit and a range, so that no fit would find it: "
+                "declare its field by `metadata=parameter(unit)`, with `known=True` if it is not "
+                "to be found, or by `static=True`."
+            )
+
+
+def _is_number(leaf: object) -> bool:
+    if not isinstance(leaf, float | np.ndarray | np.generic | jax.Array):
+        return False
+    return jnp.ndim(leaf) == 0 and jnp.issubdtype(jnp.result_type(leaf), jnp.inexact)

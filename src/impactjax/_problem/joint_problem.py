@@ -1,0 +1,250 @@
+"""Several recordings, each with a system of its own, and the parameters that they share."""
+
+from collections.abc import Sequence
+from typing import NoReturn
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int, Key
+
+from impactjax._known import namespace
+from impactjax._optimise.minimiser import Matrix, Vector
+from impactjax._parameter import Requirement, as_parameter, is_positive, raise_if_violated
+from impactjax._problem.loss import AbstractLoss, Residuals
+from impactjax._problem.noise import AbstractNoise, Jacobian, Scores
+from impactjax._problem.parameters import Handle
+from impactjax._problem.problem import AbstractProblem, Answer, Assumed, Problem
+from impactjax._record.recording import Valid
+from impactjax._simulate.impact_log import ImpactLog
+from impactjax._types import Flag, Scalar
+
+
+class Normal(eqx.Module):
+    """What is known of a parameter beforehand: a normal distribution.
+
+    **Arguments:**
+
+    - `mean`, `sigma`: in the parameter's unit.
+    """
+
+    mean: Float[Array, "..."] = eqx.field(converter=as_parameter)
+    sigma: Float[Array, "..."] = eqx.field(converter=as_parameter)
+
+    def __check_init__(self) -> None:
+        mean = Requirement(jnp.isfinite(self.mean), "Argument `mean` must be finite")
+        raise_if_violated(self, [mean, is_positive("sigma", self.sigma)])
+
+
+class JointProblem(AbstractProblem):
+    """Residuals of several problems, each in units of its noise, and those of prior knowledge.
+
+    - `problems`: all with names of their own.
+    - `places`: for each problem, which of the joint `names` its names are.
+    - `sizes`: of each problem's noise, in its recording's SI unit.
+    - `priors`: of the joint parameters that are `asked`.
+    """
+
+    problems: tuple[Problem, ...]
+    sizes: tuple[Scalar, ...]
+    priors: tuple[Normal, ...]
+    names: tuple[str, ...] = eqx.field(static=True)
+    places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    asked: tuple[int, ...] = eqx.field(static=True)
+
+    @property
+    def recording(self) -> NoReturn:
+        """There are several."""
+        raise _several()
+
+    @property
+    def system(self) -> NoReturn:
+        """There are several."""
+        raise _several()
+
+    def system_with(self, values: Vector) -> NoReturn:
+        """There are several."""
+        del values
+        raise _several()
+
+    def assumed(self) -> Assumed:
+        """As in each problem; what is known beforehand is independent and normal."""
+        losses = tuple(each.loss for each in self.problems)
+        noises = tuple(each.noise for each in self.problems)
+        counts = tuple(each.observations for each in self.problems)
+        return Assumed(
+            _JointLoss(losses, self.sizes, self._lengths),
+            _JointNoise(noises, counts, self._lengths),
+        )
+
+    @property
+    def _lengths(self) -> tuple[int, ...]:
+        return tuple(each.valid.shape[-1] for each in self.problems)
+
+    def handles(self) -> dict[str, Handle]:
+        found: dict[str, Handle] = {}
+        for problem, places in zip(self.problems, self.places, strict=True):
+            for place, handle in zip(places, problem.handles().values(), strict=True):
+                found[self.names[place]] = handle
+        return {name: found[name] for name in self.names}
+
+    @property
+    def valid(self) -> Valid:
+        known = jnp.ones(len(self.priors), bool)
+        return jnp.concatenate([*(each.valid for each in self.problems), known])
+
+    def first(self, share: float) -> Valid:
+        known = np.ones(len(self.priors), bool)
+        parts = [each.first(share) for each in self.problems]
+        return namespace(*parts).concatenate([*parts, known])
+
+    def variance(self) -> Scalar | None:
+        return jnp.ones(()) if self.sizes_found == 0 else None
+
+    def is_classical(self) -> bool:
+        return all(each.is_classical() for each in self.problems)
+
+    def moved(self, rows: Float[Array, " observations"]) -> "JointProblem":
+        """What is known beforehand moves too."""
+        *parts, known = _blocks(rows, self._lengths)
+        problems = [
+            each.moved(part * size)
+            for each, part, size in zip(self.problems, parts, self.sizes, strict=True)
+        ]
+        priors = [
+            Normal(each.mean - each.sigma * known[i], each.sigma)
+            for i, each in enumerate(self.priors)
+        ]
+        return eqx.tree_at(
+            lambda each: (each.problems, each.priors), self, (tuple(problems), tuple(priors))
+        )
+
+    def misfit(self, residuals: Float[Array, " observations"]) -> Scalar:
+        """The largest of all recordings."""
+        each = [problem.misfit(self.share(i, residuals)) for i, problem in enumerate(self.problems)]
+        return jnp.max(jnp.stack(each))
+
+    @property
+    def log_units(self) -> Scalar:
+        each = [
+            problem.observations.astype(size.dtype) * jnp.log(size)
+            for problem, size in zip(self.problems, self.sizes, strict=True)
+        ]
+        return sum(each, jnp.zeros(()))
+
+    @property
+    def sizes_found(self) -> int:
+        return sum(each.sizes_found for each in self.problems)
+
+    def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
+        """Rows of the impact log are filled up so that all logs have as many."""
+        rows, columns, logs = [], [], []
+        answers = _answers(self.problems, [values[jnp.array(own)] for own in self.places], logged)
+        for answer, places, size in zip(answers, self.places, self.sizes, strict=True):
+            assert answer.jacobian is not None
+            own = jnp.zeros((answer.residuals.shape[0], len(self.names)), values.dtype)
+            rows.append(answer.residuals / size)
+            columns.append(own.at[:, jnp.array(places)].set(answer.jacobian) / size)
+            logs.append(answer.impacts)
+        for prior, index in zip(self.priors, self.asked, strict=True):
+            rows.append(((values[index] - prior.mean) / prior.sigma)[None])
+            slope = jnp.zeros((1, len(self.names)), values.dtype)
+            columns.append(slope.at[0, index].set(1 / prior.sigma))
+        return Answer(jnp.concatenate(rows), _stacked(logs), jnp.concatenate(columns))
+
+    def share(self, index: int, rows: Float[Array, "... observations"]) -> Array:
+        """One recording's share of the residuals or other rows, in its SI unit."""
+        return _blocks(rows, self._lengths)[index] * self.sizes[index]
+
+
+def _several() -> ValueError:
+    return ValueError(
+        "This estimate is of several recordings: take that of one of them, by "
+        "`of_experiment(estimate, index)`."
+    )
+
+
+class _JointLoss(AbstractLoss):
+    losses: tuple[AbstractLoss, ...]
+    sizes: tuple[Scalar, ...]
+    lengths: tuple[int, ...] = eqx.field(static=True)
+
+    def cost(self, residuals: Residuals) -> Residuals:
+        *own, known = _blocks(residuals, self.lengths)
+        costs = [
+            loss.cost(block * size) / size**2
+            for loss, size, block in zip(self.losses, self.sizes, own, strict=True)
+        ]
+        return jnp.concatenate([*costs, known**2 / 2])
+
+
+class _JointNoise(AbstractNoise):
+    noises: tuple[AbstractNoise, ...]
+    counts: tuple[Int[Array, ""], ...]
+    lengths: tuple[int, ...] = eqx.field(static=True)
+
+    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+        del count
+        own = _blocks(scores, self.lengths)
+        each = [
+            noise.order(block, n.astype(scores.dtype))
+            for noise, n, block in zip(self.noises, self.counts, own, strict=False)
+        ]
+        return jnp.max(jnp.stack(each))
+
+    def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
+        del count
+        own = _blocks(scores, self.lengths)
+        *rows, known = _blocks(jacobian, self.lengths)
+        each = [
+            noise.spread(block, n.astype(scores.dtype), slopes)
+            for noise, n, block, slopes in zip(self.noises, self.counts, own, rows, strict=False)
+        ]
+        return sum(each, known.T @ known)
+
+    def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
+        del count
+        *own, known = _blocks(scores, self.lengths)
+        keys = jax.random.split(key, len(own) + 1)
+        each = [
+            noise.drawn(own_key, block, n.astype(scores.dtype))
+            for noise, own_key, n, block in zip(
+                self.noises, keys[:-1], self.counts, own, strict=True
+            )
+        ]
+        return jnp.concatenate([*each, jax.random.normal(keys[-1], known.shape, scores.dtype)])
+
+
+def _blocks(rows: Array, lengths: Sequence[int]) -> list[Array]:
+    """The rows of each problem, and those of what is known beforehand."""
+    return jnp.split(rows, np.cumsum(lengths))
+
+
+def _answers(
+    problems: Sequence[Problem], values: Sequence[Vector], logged: Flag | None
+) -> list[Answer]:
+    """The answer of each problem; those of one kind in one batch, so that they share a program."""
+    kinds: dict[object, list[int]] = {}
+    for i, problem in enumerate(problems):
+        leaves, structure = jax.tree.flatten(problem)
+        shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+        kinds.setdefault((structure, shapes), []).append(i)
+    found: dict[int, Answer] = {}
+    for indices in kinds.values():
+        own = jax.tree.map(lambda *each: jnp.stack(each), *[problems[i] for i in indices])
+        batch = jax.vmap(lambda problem, at: problem.answer(at, logged))(
+            own, jnp.stack([values[i] for i in indices])
+        )
+        for row, i in enumerate(indices):
+            found[i] = jax.tree.map(lambda x, row=row: x[row], batch)
+    return [found[i] for i in range(len(problems))]
+
+
+def _stacked(logs: Sequence[ImpactLog]) -> ImpactLog:
+    most = max(log.time.shape[0] for log in logs)
+
+    def filled(x: Array) -> Array:
+        return x if x.ndim == 0 else jnp.pad(x, (0, most - x.shape[0]))
+
+    return jax.tree.map(lambda *each: jnp.stack([filled(x) for x in each]), *logs)

@@ -1,0 +1,138 @@
+"""Models of the noise: how much the values found vary from record to record."""
+
+import abc
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, Key
+
+from impactjax._known import AnyArray, namespace
+from impactjax._optimise.minimiser import Matrix
+from impactjax._types import Scalar
+
+Scores = Float[Array, " observations"]
+Jacobian = Float[Array, "observations parameters"]
+
+
+class AbstractNoise(eqx.Module):
+    """A model of the residuals, from which the spread of the estimate's gradient follows."""
+
+    @abc.abstractmethod
+    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+        """How many samples back the residuals remember, as far as the record tells."""
+
+    @abc.abstractmethod
+    def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
+        """Covariance of Jᵀ e, with errors e like the `count` scores that are not zero."""
+
+    @abc.abstractmethod
+    def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
+        """Normal errors like the scores."""
+
+
+class WhiteNoise(AbstractNoise):
+    """Independent errors of one size: σ² Jᵀ J."""
+
+    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+        del scores, count
+        return jnp.int32(0)
+
+    def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
+        return jnp.sum(scores**2) / count * (jacobian.T @ jacobian)
+
+    def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
+        size = jnp.sqrt(jnp.sum(scores**2) / count)
+        return size * jax.random.normal(key, scores.shape, scores.dtype)
+
+
+class AutoregressiveNoise(AbstractNoise):
+    """Errors that follow an autoregression, eₜ = Σ aₖ eₜ₋ₖ + white noise, of an order that the
+    residuals themselves tell by the Bayesian criterion; of order zero if they are independent.
+
+    The spread is (1/M) Σ S(ω) J̃* J̃ᵀ over the frequencies of the record, with the spectrum
+    S = σ² / |1 − Σ aₖ exp(−iωk)|². Samples are taken as evenly spaced.
+
+    Source: Levinson's recursion on the autocovariances; the covariance of least squares under
+    correlated errors as in Hannan (1963), "Regression for time series".
+
+    **Arguments:**
+
+    - `most`: the highest order; at most a tenth of the number of samples.
+    """
+
+    most: int = eqx.field(default=24, static=True)
+
+    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+        return self._fitted(scores, count)[0]
+
+    def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
+        length = 2 * scores.shape[0]
+        spectrum = self._spectrum(scores, count, length)
+        twice = jnp.full_like(spectrum, 2.0).at[0].set(1.0).at[-1].set(1.0)  # ω and −ω
+        transformed = jnp.fft.rfft(jacobian, length, axis=0)
+        weights = (twice * spectrum)[:, None] / length
+        real, imaginary = jnp.real(transformed), jnp.imag(transformed)
+        return real.T @ (weights * real) + imaginary.T @ (weights * imaginary)
+
+    def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
+        length = 2 * scores.shape[0]
+        white = jax.random.normal(key, (length,), scores.dtype)
+        gain = jnp.sqrt(self._spectrum(scores, count, length))
+        transformed = jnp.fft.rfft(white)
+        shaped = jax.lax.complex(gain * transformed.real, gain * transformed.imag)
+        return jnp.fft.irfft(shaped, length)[: scores.shape[0]]
+
+    def _spectrum(self, scores: Scores, count: Scalar, length: int) -> Float[Array, " frequencies"]:
+        """S at the frequencies of a record of some length."""
+        _, weights, variance = self._fitted(scores, count)
+        one = jnp.ones(1, scores.dtype)
+        return variance / jnp.abs(jnp.fft.rfft(jnp.concatenate([one, -weights]), length)) ** 2
+
+    def _fitted(self, scores: Scores, count: Scalar) -> tuple[Int[Array, ""], Array, Scalar]:
+        """Order, weights a₁, a₂, ... with zeros beyond the order, and variance σ²."""
+        most = min(self.most, scores.shape[0] // 10)
+        covariances = autocovariances(scores, count, most)
+        weights, variances = levinson(covariances)
+        orders = jnp.arange(most + 1, dtype=scores.dtype)
+        tiny = jnp.finfo(scores.dtype).tiny
+        criterion = count * jnp.log(jnp.maximum(variances, tiny)) + jnp.log(count) * orders
+        criterion = jnp.where(orders <= jnp.maximum(count // 10, 0), criterion, jnp.inf)
+        best = jnp.argmin(criterion).astype(jnp.int32)
+        return best, weights[best], variances[best]
+
+
+def autocovariances(
+    scores: Float[AnyArray, " observations"], count: Float[AnyArray, ""], most: int
+) -> Float[AnyArray, " lags"]:
+    """At lags from 0 to `most`; divided by one number, so that no spectrum becomes negative."""
+    xp, length = namespace(scores), scores.shape[0]
+    power = xp.abs(xp.fft.rfft(scores, 2 * length)) ** 2
+    return xp.fft.irfft(power, 2 * length)[: most + 1] / count
+
+
+def levinson(
+    covariances: Float[Array, " lags"],
+) -> tuple[Float[Array, "orders weights"], Float[Array, " orders"]]:
+    """Autoregressions of all orders from zero, by Levinson's recursion: weights and variances."""
+    most = covariances.shape[0] - 1
+    nothing = jnp.zeros(most, covariances.dtype)
+    if most == 0:
+        return nothing[None], covariances
+    places = jnp.arange(most)
+
+    def longer(shorter: tuple[Array, Scalar], k: Int[Array, ""]) -> tuple[tuple, tuple]:
+        weights, variance = shorter
+        explained = weights @ covariances[jnp.maximum(k - 1 - places, 0)]
+        reflection = (covariances[k] - explained) / jnp.where(variance > 0, variance, 1.0)
+        mirrored = jnp.where(places < k - 1, weights[jnp.maximum(k - 2 - places, 0)], 0)
+        weights = (weights - reflection * mirrored).at[k - 1].set(reflection)
+        variance = variance * (1 - reflection**2)
+        return (weights, variance), (weights, variance)
+
+    first = nothing, covariances[0]
+    _, (weights, variances) = jax.lax.scan(longer, first, jnp.arange(1, most + 1))
+    return (
+        jnp.concatenate([nothing[None], weights]),
+        jnp.concatenate([covariances[:1], variances]),
+    )

@@ -1,0 +1,114 @@
+"""All that a fit may vary, and its parameters by name."""
+
+from collections.abc import Iterator, Sequence
+from functools import reduce
+from typing import NamedTuple, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import ArrayLike
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.initial_state import InitialState
+from impactjax._model.stop import Stop
+from impactjax._parameter import Range, as_parameter, parameter, ranges
+from impactjax._sensor.sensor import Sensor
+from impactjax._types import Scalar, Time
+
+Part = TypeVar("Part", bound=eqx.Module)
+
+
+class Start(eqx.Module):
+    """When a run starts.
+
+    - `t0`: time of the initial state [s].
+    """
+
+    t0: Time = eqx.field(converter=as_parameter, metadata=parameter("s", known=True))
+
+
+class System(eqx.Module):
+    """What a fit is about; `unit` is that of the recording."""
+
+    model: ImpactOscillator
+    initial: InitialState
+    start: Start
+    sensor: Sensor
+    unit: str = eqx.field(static=True, default="")
+
+
+class Handle(NamedTuple):
+    """Where a parameter is in a system or another part, and what it may be."""
+
+    path: tuple[str, ...]
+    allowed: Range
+
+    def get(self, part: eqx.Module) -> Scalar:
+        """Its value."""
+        return reduce(getattr, self.path, part)
+
+
+def handles(system: System) -> dict[str, Handle]:
+    """All parameters of a system by their names.
+
+    **Raises** `ValueError` if two have one name.
+    """
+    found: dict[str, Handle] = {}
+    for name, handle in (*_of_model(system), *_of_motion(system), *_of_sensor(system)):
+        if name in found:
+            first, second = (".".join(each.path) for each in (found[name], handle))
+            raise ValueError(
+                f"Two parameters are called `{name}`, {first} and {second}, so that a fit could "
+                "not tell them apart; rename the field of your own class."
+            )
+        found[name] = handle
+    return found
+
+
+def _of_model(system: System) -> Iterator[tuple[str, Handle]]:
+    both = system.model.lower is not None and system.model.upper is not None
+    _, unit = _coordinate(system)
+    for place, part in system.model.parts().items():
+        for name, allowed in ranges(part).items():
+            side = f"{place.split('.')[0]}_" if both and place != "oscillator" else ""
+            own = allowed._replace(unit=unit) if isinstance(part, Stop) else allowed
+            yield side + name, Handle(("model", *place.split("."), name), own)
+
+
+def _of_motion(system: System) -> Iterator[tuple[str, Handle]]:
+    symbol, unit = _coordinate(system)
+    known = ranges(system.initial)
+    place = known["position"]._replace(unit=unit)
+    rate = known["velocity"]._replace(unit=f"{unit}/s")
+    yield f"{symbol}0", Handle(("initial", "position"), place)
+    yield f"{symbol}_dot0", Handle(("initial", "velocity"), rate)
+    yield "t0", Handle(("start", "t0"), ranges(system.start)["t0"])
+
+
+def _of_sensor(system: System) -> Iterator[tuple[str, Handle]]:
+    units = {"offset": system.unit, "drift": f"{system.unit}/s"}
+    for name, allowed in ranges(system.sensor).items():
+        yield name, Handle(("sensor", name), allowed._replace(unit=units.get(name, allowed.unit)))
+    if system.sensor.low_pass is not None:
+        for name, allowed in ranges(system.sensor.low_pass).items():
+            yield name, Handle(("sensor", "low_pass", name), allowed)
+
+
+def _coordinate(system: System) -> tuple[str, str]:
+    """Symbol and unit of the coordinate."""
+    return ("theta", "rad") if system.model.oscillator.is_angle() else ("x", "m")
+
+
+def replaced(system: System, names: Sequence[str], values: Sequence[ArrayLike]) -> System:
+    """The system with some parameters set."""
+    known = handles(system)
+    return with_values(system, [known[name] for name in names], values)
+
+
+def with_values(part: Part, places: Sequence[Handle], values: Sequence[ArrayLike]) -> Part:
+    """A part with the parameters at some places set."""
+    return eqx.tree_at(
+        lambda each: [reduce(getattr, place.path, each) for place in places],
+        part,
+        [jnp.asarray(value) for value in values],
+    )

@@ -1,0 +1,181 @@
+"""From a file to a recording."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from impactjax._record.array_table import ARRAY_SUFFIXES, read_array_table
+from impactjax._record.averaging import MOST, averaged, blurs, group_size
+from impactjax._record.clipping import clipped
+from impactjax._record.columns import columns, unused
+from impactjax._record.file_error import FileError
+from impactjax._record.missed_impacts import heard
+from impactjax._record.onsets import read_onsets
+from impactjax._record.outliers import spikes
+from impactjax._record.recording import AnyRecording, ImpactTimes, Recording
+from impactjax._record.sidecar import Sidecar, read_sidecar
+from impactjax._record.table import Table, numbers, numbers_and_gaps
+from impactjax._record.text_table import read_text_table
+from impactjax._sensor.quantity import (
+    IMPACT_TIME,
+    QUANTITIES,
+    AbstractQuantity,
+    Angle,
+    Displacement,
+)
+
+_BY_NAME: dict[str, AbstractQuantity] = {quantity.name: quantity for quantity in QUANTITIES}
+_MANY = 4  # times that are listed one by one
+
+
+class File(NamedTuple):
+    """A recording and what its sidecar says.
+
+    - `notes`: sentences on what was left out, filled in or averaged.
+    """
+
+    path: Path
+    recording: AnyRecording
+    sidecar: Sidecar
+    sidecar_path: Path | None
+    notes: tuple[str, ...] = ()
+
+
+def read_recording(path: Path, sidecar_path: Path | None = None) -> File:
+    """A recording from a file, with the help of the sidecar beside it if there is one.
+
+    Text (commas, semicolons, tabs or blanks between columns), NumPy, MATLAB, HDF5 and NetCDF files
+    name quantity and unit of their columns, `time [s], angle [deg]`, or a list of impact times,
+    `impact time [s]`; or the sidecar says how to read them. The onsets in a WAV file are impact
+    times. Empty, clipped and missed observations are not valid; `notes` say so.
+
+    Raises `FileError`, whose message is one sentence with file, line and remedy.
+    """
+    beside = path.parent / f"{path.stem}.toml"
+    if sidecar_path is None and beside != path and beside.is_file():
+        sidecar_path = beside
+    sidecar = Sidecar() if sidecar_path is None else read_sidecar(sidecar_path)
+    if path.suffix.lower() == ".wav":
+        recording, notes = _impact_times(path, read_onsets(path), sidecar)
+    else:
+        recording, notes = _recording(_table(path, sidecar.read.skip_rows), sidecar)
+    return File(path, recording, sidecar, sidecar_path, tuple(notes))
+
+
+def _table(path: Path, skip_rows: int) -> Table:
+    if path.suffix.lower() in ARRAY_SUFFIXES and path.is_file():
+        return read_array_table(path)
+    return read_text_table(path, skip_rows)
+
+
+def _recording(table: Table, sidecar: Sidecar) -> tuple[AnyRecording, list[str]]:
+    time, observed = columns(table, sidecar.read)
+    if observed.quantity == IMPACT_TIME:
+        times = numbers(table, observed.position) * observed.factor
+        _check_increasing(table, times)
+        return _impact_times(table.path, times, sidecar)
+    values = numbers_and_gaps(table, observed.position) * observed.factor
+    if time is not None:
+        ts = numbers(table, time.position) * time.factor
+    else:
+        assert sidecar.read.sample_rate is not None
+        ts = np.arange(len(values)) / sidecar.read.sample_rate
+    _check_increasing(table, ts)
+    inside = _inside(table.path, sidecar.read.window, ts, "row")
+    quantity = _BY_NAME[observed.quantity]
+    recording, notes = _samples(table.path, quantity, ts[inside], values[inside], sidecar)
+    if (left := unused(table, (time, observed))) and sidecar.read.column is None:
+        notes.append(f"Of the file, {', '.join(f'`{each}`' for each in left)} is not used.")
+    return recording, notes
+
+
+def _impact_times(path: Path, times: np.ndarray, sidecar: Sidecar) -> tuple[ImpactTimes, list[str]]:
+    if len(times) < 2:
+        problem = f"{len(times)} impacts were found in it"
+        raise FileError(path, None, problem, "a fit needs more, clearly apart")
+    found = heard(times[_inside(path, sidecar.read.window, times, "impact")])
+    notes = []
+    if found.false.size:
+        times_said = _listed(found.false)
+        notes.append(f"No impact belongs to what was heard at {times_said}; it is left out.")
+    if not found.valid.all():
+        times_said = _listed(found.times[~found.valid])
+        notes.append(f"An impact was not heard near {times_said}; it is counted, but not fitted.")
+    return ImpactTimes(jnp.asarray(found.times), jnp.asarray(found.valid)), notes
+
+
+def _samples(
+    path: Path, quantity: AbstractQuantity, ts: np.ndarray, values: np.ndarray, sidecar: Sidecar
+) -> tuple[Recording, list[str]]:
+    notes = []
+    valid = np.isfinite(values)
+    if not valid.all():
+        notes.append(f"{_count(~valid, 'sample')} empty and left out.")
+    beyond = clipped(values, sidecar.sensor.clip)
+    if beyond.any():
+        notes.append(f"{_count(beyond, 'sample')} clipped and left out.")
+    valid &= ~beyond
+    if isinstance(quantity, Angle | Displacement):
+        wrong = np.zeros(len(valid), bool)
+        wrong[valid] = spikes(values[valid])
+        if wrong.any():
+            notes.append(f"{_count(wrong, 'sample')} far from those beside, and left out.")
+        valid &= ~wrong
+    if np.count_nonzero(valid) < 2:
+        problem = f"{np.count_nonzero(valid)} usable values are left"
+        raise FileError(path, None, problem, "check that it is the right column")
+    if np.ptp(values[valid]) == 0:
+        problem = f"the {quantity.name} is the same in every row"
+        raise FileError(path, None, problem, "check that it is the right column")
+    used = slice(np.flatnonzero(valid)[0], np.flatnonzero(valid)[-1] + 1)
+    ts, values, valid = ts[used], values[used], valid[used]
+    size = group_size(len(ts))
+    if size > 1:
+        if blurs(values, size):
+            problem = f"its {len(ts)} rows are too many to fit and too varied to average"
+            raise FileError(path, None, problem, "choose a `window` under [read] in a sidecar")
+        notes.append(f"{len(ts)} samples were averaged in groups of {size}, to at most {MOST}.")
+        ts, _ = averaged(ts, np.ones(len(ts), bool), size)
+        values, valid = averaged(values, valid, size)
+    return Recording(jnp.asarray(ts), jnp.asarray(values), quantity, jnp.asarray(valid)), notes
+
+
+def _count(which: np.ndarray, noun: str) -> str:
+    number = np.count_nonzero(which)
+    return f"{number} of {len(which)} {noun}s {'is' if number == 1 else 'are'}"
+
+
+def _listed(times: np.ndarray) -> str:
+    said = ", ".join(f"{time:.3f}" for time in times[:_MANY])
+    return f"{said} s" if len(times) <= _MANY else f"{said}, … s ({len(times)} times)"
+
+
+def _check_increasing(table: Table, ts: np.ndarray) -> None:
+    wrong = np.flatnonzero(np.diff(ts) <= 0)
+    if wrong.size:
+        i = int(wrong[0]) + 1
+        raise FileError(
+            table.path,
+            table.line(i),
+            f"time does not increase ({ts[i]:g} s after {ts[i - 1]:g} s)",
+            "sort the rows by time and delete repeated ones",
+        )
+
+
+def _inside(
+    path: Path, window: tuple[float, float] | None, ts: np.ndarray, noun: str
+) -> np.ndarray:
+    """Which rows to use."""
+    low, high = window or (ts[0], ts[-1])
+    inside = (ts >= low) & (ts <= high)
+    count = np.count_nonzero(inside)
+    if count < 2:
+        raise FileError(
+            path,
+            None,
+            f"{f'one {noun} lies' if count else f'no {noun} lies'} from {low:g} to {high:g} s",
+            f"a recording needs more than one, and the file goes from {ts[0]:g} to {ts[-1]:g} s",
+        )
+    return inside

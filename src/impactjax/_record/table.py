@@ -1,0 +1,96 @@
+"""A file as columns of cells or of numbers, whatever its format."""
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from impactjax._record.file_error import FileError
+
+USUAL_HEADER = "a header such as `time [s], angle [deg]` or `impact time [s]`"
+_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
+
+
+class Table(NamedTuple):
+    """The columns of a file: text as it stands there, or numbers.
+
+    Text has a line for each row, and `None` where a row is too short.
+    """
+
+    path: Path
+    header: list[str] | None
+    header_line: int | None
+    columns: Sequence[Sequence[str | None] | np.ndarray]
+    lines: Sequence[int] | None = None
+    decimal_comma: bool = False
+
+    def wrong_header(self, problem: str, remedy: str) -> FileError:
+        """The error that something is wrong with the columns."""
+        return FileError(self.path, self.header_line, problem, remedy)
+
+    def line(self, row: int) -> int | None:
+        """The line of a row in the file, if it has lines."""
+        return None if self.lines is None else self.lines[row]
+
+
+def numbers(table: Table, position: int) -> np.ndarray:
+    """A column as finite numbers. Raises `FileError`."""
+    values = numbers_and_gaps(table, position)
+    missing = np.flatnonzero(np.isnan(values))
+    if missing.size:
+        raise _unusable(table, position, int(missing[0]))
+    return values
+
+
+def numbers_and_gaps(table: Table, position: int) -> np.ndarray:
+    """A column as numbers, NaN where a cell is empty or says so itself. Raises `FileError`."""
+    column = table.columns[position]
+    if isinstance(column, np.ndarray):
+        values = column.astype(float)
+        wrong = np.flatnonzero(np.isinf(values))
+    else:
+        values = np.array([number(cell, table.decimal_comma) for cell in column])
+        numberless = np.flatnonzero(~np.isfinite(values))
+        wrong = np.array([i for i in numberless.tolist() if not _is_gap(column[i])], int)
+    if wrong.size:
+        raise _unusable(table, position, int(wrong[0]))
+    return values
+
+
+def number(cell: str | None, decimal_comma: bool = False) -> float:
+    """The number in a cell; NaN if there is none."""
+    if cell is None or "_" in cell:
+        return math.nan
+    if decimal_comma and _DECIMAL_COMMA.fullmatch(cell):
+        cell = cell.replace(",", ".")
+    try:
+        return float(cell)
+    except ValueError:
+        return math.nan
+
+
+def _is_gap(cell: str | None) -> bool:
+    """Whether a cell says that nothing was measured."""
+    return cell is not None and cell.strip().lower() in ("", "nan", "na", "n/a", "-")
+
+
+def _unusable(table: Table, position: int, row: int) -> FileError:
+    column, line = table.columns[position], table.line(row)
+    remedy = "correct or delete the row"
+    if isinstance(column, np.ndarray):
+        name = table.header[position] if table.header else str(position + 1)
+        problem = f"`{name}` is {column[row]:g} in row {row + 1}"
+        return FileError(table.path, line, problem, remedy)
+    cell = column[row]
+    if cell is None:
+        problem, remedy = f"there is no column {position + 1}", "complete or delete the row"
+    elif not cell.strip():
+        problem = f"column {position + 1} is empty"
+    elif math.isnan(number(cell)) and cell.lower().lstrip("+-") != "nan":
+        problem = f"`{cell.strip()}` is not a number"
+    else:
+        problem = f"`{cell.strip()}` is not finite"
+    return FileError(table.path, line, problem, remedy)

@@ -1,0 +1,55 @@
+"""A low-pass that is known by its measured answer to an impulse."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from impactjax._parameter import Requirement, as_parameter, is_positive, raise_if_violated
+from impactjax._sensor.low_pass import AbstractLowPass
+from impactjax._types import Samples
+
+
+class ImpulseResponse(AbstractLowPass):
+    """A linear filter by its impulse response: y(t) = ∫ h(s) x(t − s) ds, by trapezoids.
+
+    The input is a cubic between its samples; h is zero beyond its last sample.
+
+    **Arguments:**
+
+    - `response`: h at 0, `interval`, 2 `interval`, ... [1/s].
+    - `interval`: between its samples [s].
+    """
+
+    response: Float[Array, " taps"] = eqx.field(converter=as_parameter)
+    interval: Float[Array, ""] = eqx.field(converter=as_parameter)
+
+    def __check_init__(self) -> None:
+        if self.response.ndim != 1 or self.response.shape[0] < 2:
+            raise ValueError(
+                "Argument `response` must be a list of at least two numbers, but its shape is "
+                f"{self.response.shape}."
+            )
+        finite = Requirement(jnp.isfinite(self.response), "Argument `response` must be finite")
+        raise_if_violated(self, [finite, is_positive("interval", self.interval)])
+
+    def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
+        taps = self.response.shape[0]
+        weights = self.response * self.interval
+        weights = weights.at[0].multiply(0.5).at[-1].multiply(0.5)
+        lags = self.interval * jnp.arange(taps, dtype=ts.dtype)
+        return _between(ts[:, None] - lags, ts, values, rates) @ weights
+
+
+def _between(
+    at: Float[Array, "samples taps"], ts: Samples, values: Samples, rates: Samples
+) -> Float[Array, "samples taps"]:
+    """A cubic through samples with their rates; a straight line before the first."""
+    i = jnp.clip(jnp.searchsorted(ts, at, side="right") - 1, 0, ts.shape[0] - 2)
+    h = ts[i + 1] - ts[i]
+    s = (at - ts[i]) / h
+    rise = values[i + 1] - values[i]
+    start, end = rates[i] * h, rates[i + 1] * h
+    cubic = values[i] + s * (
+        start + s * (3 * rise - 2 * start - end + s * (start + end - 2 * rise))
+    )
+    return jnp.where(at < ts[0], values[0] + rates[0] * (at - ts[0]), cubic)

@@ -1,0 +1,117 @@
+"""An analogue low-pass filter before the sampling."""
+
+import abc
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Complex, Float
+
+from impactjax._parameter import (
+    as_parameter,
+    parameter,
+    raise_if_violated,
+    range_requirements,
+)
+from impactjax._types import AngularFrequency, Samples
+
+_TERMS = 14  # of a series with terms below 6 / (j + 4)!
+
+
+class AbstractLowPass(eqx.Module):
+    """A linear filter between the quantity and its samples."""
+
+    @abc.abstractmethod
+    def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
+        """The filter's output at the times `ts`.
+
+        Its input is known there by value and rate. Before the first sample it was a straight line.
+        """
+
+
+class Butterworth(AbstractLowPass):
+    """A Butterworth filter: |H(2π i f)|² = 1 / (1 + (f / cutoff)^(2 order)).
+
+    Its impulse response is a sum of damped exponentials, one a pole; each is carried from sample to
+    sample exactly for an input that is a cubic between samples.
+
+    **Arguments:**
+
+    - `cutoff`: frequency at which the power is halved [Hz].
+    - `order`: number of poles.
+    """
+
+    cutoff: Float[Array, "..."] = eqx.field(
+        converter=as_parameter, metadata=parameter("Hz", above=0, known=True)
+    )
+    order: int = eqx.field(default=2, static=True)
+
+    def __check_init__(self) -> None:
+        if not 1 <= self.order <= 12:
+            raise ValueError(f"Argument `order` must be from 1 to 12, but it is {self.order}.")
+        raise_if_violated(self, range_requirements(self))
+
+    def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
+        total = jnp.zeros_like(values)
+        scale = 2 * math.pi * self.cutoff
+        for pole, residue in _poles_and_residues(self.order):
+            mode = _mode(_times(pole, scale), ts, values, rates)
+            total = total + jnp.real(_times(residue, scale) * mode)
+        return total
+
+
+def _poles_and_residues(order: int) -> list[tuple[complex, complex]]:
+    """Poles with Im ≥ 0 of the filter with unit cutoff; conjugates are counted in the residue."""
+    k = np.arange(order)
+    poles = np.exp(1j * np.pi * (2 * k + order + 1) / (2 * order))
+    found = []
+    for pole in poles:
+        if pole.imag < -1e-9:
+            continue
+        others = poles[np.abs(poles - pole) > 1e-9]
+        share = 2.0 if pole.imag > 1e-9 else 1.0
+        found.append((complex(pole), complex(share / np.prod(pole - others))))
+    return found
+
+
+def _times(constant: complex, scale: AngularFrequency) -> Complex[Array, "..."]:
+    return jax.lax.complex(constant.real * scale, constant.imag * scale)
+
+
+def _mode(
+    pole: Complex[Array, ""], ts: Samples, values: Samples, rates: Samples
+) -> Complex[Array, " samples"]:
+    """∫ exp(pole (t − τ)) x(τ) dτ at the samples, x a cubic in between and a line before."""
+    ts, values, rates = (x.astype(pole.dtype) for x in (ts, values, rates))
+    h = jnp.diff(ts)
+    rise = jnp.diff(values)
+    start, end = rates[:-1] * h, rates[1:] * h
+    cubic = (values[:-1], start, 3 * rise - 2 * start - end, start + end - 2 * rise)
+    decay = jnp.exp(pole * h)
+    gain = sum(a * moment for a, moment in zip(cubic, _moments(pole * h), strict=True))
+    first = -values[0] / pole - rates[0] / pole**2
+
+    def carried(mode: Complex[Array, ""], interval: tuple[Array, Array]) -> tuple[Array, Array]:
+        decay, gain = interval
+        mode = decay * mode + gain
+        return mode, mode
+
+    # One sample after the other: an associative scan runs 3 to 50 times longer on a CPU.
+    _, modes = jax.lax.scan(carried, first, (decay, gain * h))
+    return jnp.concatenate([first[None], modes])
+
+
+def _moments(z: Complex[Array, " intervals"]) -> list[Complex[Array, " intervals"]]:
+    """∫₀¹ exp(z (1 − s)) sᵏ ds for k from 0 to 3: by the recursion that is stable for each z."""
+    small = jnp.abs(z) < 1
+    large, little = jnp.where(small, 1, z), jnp.where(small, z, 0)
+    upwards = [(jnp.exp(large) - 1) / large]
+    for k in (1, 2, 3):
+        upwards.append((k * upwards[-1] - 1) / large)
+    terms = [6 / math.factorial(j + 4) for j in range(_TERMS)]
+    downwards = [jnp.polyval(jnp.asarray(terms[::-1], z.dtype), little)]
+    for k in (3, 2, 1):
+        downwards.insert(0, (little * downwards[0] + 1) / k)
+    return [jnp.where(small, a, b) for a, b in zip(downwards, upwards, strict=True)]

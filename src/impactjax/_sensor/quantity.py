@@ -1,0 +1,195 @@
+"""What an instrument observes, and the units it may be recorded in."""
+
+import abc
+import math
+from typing import ClassVar
+
+import equinox as eqx
+
+from impactjax._model.gravity import STANDARD_GRAVITY
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._sensor.forces import (
+    acceleration,
+    contact_force,
+    proper_acceleration,
+    slopes,
+)
+from impactjax._simulate.trajectory import Trajectory
+from impactjax._types import Samples
+
+_ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "°": math.pi / 180}
+_ANGULAR_VELOCITIES = {"rad/s": 1.0, "deg/s": math.pi / 180, "°/s": math.pi / 180}
+_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
+_VELOCITIES = {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3}
+_SQUARES = {
+    "rad/s²": 1.0,
+    "rad/s^2": 1.0,
+    "rad/s2": 1.0,
+    "deg/s²": math.pi / 180,
+    "deg/s^2": math.pi / 180,
+}
+_ACCELERATIONS = {
+    "m/s²": 1.0,
+    "m/s^2": 1.0,
+    "m/s2": 1.0,
+    "mm/s²": 1e-3,
+    "g": STANDARD_GRAVITY,
+}
+_FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
+
+
+class AbstractQuantity(eqx.Module):
+    """Something that can be read off a trajectory at every instant."""
+
+    name: ClassVar[str]
+    """As in a file's header."""
+    units: ClassVar[dict[str, float]]
+    """Factors to the SI unit, which comes first."""
+    shown: ClassVar[str]
+    """The unit in which people read it."""
+    of_angle: ClassVar[bool | None]
+    """Whether it belongs to an oscillator whose coordinate is an angle; `None` for either."""
+
+    @property
+    def unit(self) -> str:
+        """The SI unit."""
+        return next(iter(self.units))
+
+    @abc.abstractmethod
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        """The quantity at the samples of a trajectory."""
+
+    @abc.abstractmethod
+    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        """Its time derivative there."""
+
+
+class AbstractPlace(AbstractQuantity):
+    """The coordinate itself."""
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        del model
+        return trajectory.position
+
+    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        del model
+        return trajectory.velocity
+
+
+class AbstractDifferenced(AbstractQuantity):
+    """A quantity whose rate is known by differences of its samples only."""
+
+    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        return slopes(trajectory.ts, self.value(model, trajectory))
+
+
+class AbstractSpeed(AbstractDifferenced):
+    """The rate of the coordinate."""
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        del model
+        return trajectory.velocity
+
+
+class AbstractAcceleration(AbstractDifferenced):
+    """The second derivative of the coordinate."""
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        return acceleration(model, trajectory)
+
+
+class Angle(AbstractPlace):
+    """The angle of a pendulum."""
+
+    name: ClassVar[str] = "angle"
+    units: ClassVar[dict[str, float]] = _ANGLES
+    shown: ClassVar[str] = "deg"
+    of_angle: ClassVar[bool | None] = True
+
+
+class AngularVelocity(AbstractSpeed):
+    """The angular velocity of a pendulum."""
+
+    name: ClassVar[str] = "angular velocity"
+    units: ClassVar[dict[str, float]] = _ANGULAR_VELOCITIES
+    shown: ClassVar[str] = "rad/s"
+    of_angle: ClassVar[bool | None] = True
+
+
+class AngularAcceleration(AbstractAcceleration):
+    """The angular acceleration of a pendulum."""
+
+    name: ClassVar[str] = "angular acceleration"
+    units: ClassVar[dict[str, float]] = _SQUARES
+    shown: ClassVar[str] = "rad/s²"
+    of_angle: ClassVar[bool | None] = True
+
+
+class Displacement(AbstractPlace):
+    """The displacement of a mass on a line."""
+
+    name: ClassVar[str] = "displacement"
+    units: ClassVar[dict[str, float]] = _LENGTHS
+    shown: ClassVar[str] = "mm"
+    of_angle: ClassVar[bool | None] = False
+
+
+class Velocity(AbstractSpeed):
+    """The velocity of a mass on a line."""
+
+    name: ClassVar[str] = "velocity"
+    units: ClassVar[dict[str, float]] = _VELOCITIES
+    shown: ClassVar[str] = "m/s"
+    of_angle: ClassVar[bool | None] = False
+
+
+class Acceleration(AbstractAcceleration):
+    """The acceleration of a mass on a line, as seen from outside."""
+
+    name: ClassVar[str] = "acceleration"
+    units: ClassVar[dict[str, float]] = _ACCELERATIONS
+    shown: ClassVar[str] = "m/s²"
+    of_angle: ClassVar[bool | None] = False
+
+
+class ProperAcceleration(AbstractDifferenced):
+    """What an accelerometer shows: contact and drag force over mass, zero in free fall."""
+
+    name: ClassVar[str] = "proper acceleration"
+    units: ClassVar[dict[str, float]] = _ACCELERATIONS
+    shown: ClassVar[str] = "m/s²"
+    of_angle: ClassVar[bool | None] = False
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        return proper_acceleration(model, trajectory)
+
+
+class ContactForce(AbstractDifferenced):
+    """The force of the stops on the mass, along its coordinate."""
+
+    name: ClassVar[str] = "contact force"
+    units: ClassVar[dict[str, float]] = _FORCES
+    shown: ClassVar[str] = "N"
+    of_angle: ClassVar[bool | None] = None
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        return contact_force(model, trajectory)
+
+
+QUANTITIES: tuple[AbstractQuantity, ...] = (
+    Angle(),
+    AngularVelocity(),
+    AngularAcceleration(),
+    Displacement(),
+    Velocity(),
+    Acceleration(),
+    ProperAcceleration(),
+    ContactForce(),
+)
+TIME, IMPACT_TIME = "time", "impact time"  # the headers of a clock and of a list of bounce times
+UNITS: dict[str, dict[str, float]] = {
+    TIME: TIME_UNITS,
+    IMPACT_TIME: TIME_UNITS,
+    **{quantity.name: quantity.units for quantity in QUANTITIES},
+}

@@ -1,0 +1,89 @@
+"""What stands between a trajectory and its recording."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._parameter import (
+    Requirement,
+    as_optional_parameter,
+    as_parameter,
+    is_positive,
+    parameter,
+    plain,
+    raise_if_violated,
+    range_requirements,
+)
+from impactjax._sensor.low_pass import AbstractLowPass
+from impactjax._sensor.quantity import AbstractQuantity
+from impactjax._simulate.trajectory import Trajectory
+from impactjax._types import Ratio, Samples, Time
+
+
+class Sensor(eqx.Module):
+    """recorded(t) = gain · low_pass[quantity](t − delay) + offset + drift · t.
+
+    **Arguments:**
+
+    - `gain`: [1].
+    - `offset`: in units of the quantity.
+    - `delay`: of the whole chain beyond the low-pass [s].
+    - `drift`: of the zero, a trend in the record; in units of the quantity per second.
+    - `low_pass`: the anti-aliasing filter, if any.
+    - `sigma`: size of the noise, in units of the quantity; found with the fit if `None`.
+    - `quantisation`: step of the recorded values, in units of the quantity; none if `None`.
+
+    **Raises** `ValueError` for what is not finite, a gain of zero, and sizes that are not positive.
+    """
+
+    gain: Ratio = eqx.field(
+        converter=as_parameter, metadata=parameter("1", known=True), default=1.0
+    )
+    offset: Float[Array, "..."] = eqx.field(
+        converter=as_parameter, metadata=parameter("unit of the quantity", known=True), default=0.0
+    )
+    delay: Time = eqx.field(
+        converter=as_parameter, metadata=parameter("s", known=True), default=0.0
+    )
+    drift: Float[Array, "..."] = eqx.field(
+        converter=as_parameter,
+        metadata=parameter("unit of the quantity per second", known=True),
+        default=0.0,
+    )
+    low_pass: AbstractLowPass | None = None
+    sigma: Float[Array, "..."] | None = eqx.field(converter=as_optional_parameter, default=None)
+    quantisation: Float[Array, "..."] | None = eqx.field(
+        converter=as_optional_parameter, default=None
+    )
+
+    def __check_init__(self) -> None:
+        requirements = [
+            Requirement(plain(self.gain) != 0, "Argument `gain` must not be zero"),
+            *range_requirements(self),
+        ]
+        for name, size in (("sigma", self.sigma), ("quantisation", self.quantisation)):
+            if size is not None:
+                requirements.append(is_positive(name, size))
+        raise_if_violated(self, requirements)
+
+    def shown(
+        self, model: ImpactOscillator, trajectory: Trajectory, quantity: AbstractQuantity
+    ) -> Samples:
+        """What the sensor shows of a trajectory that is sampled `delay` before the recording."""
+        values = quantity.value(model, trajectory)
+        if self.low_pass is not None:
+            values = self.low_pass.filtered(trajectory.ts, values, quantity.rate(model, trajectory))
+        return self.gain * values + self.offset + self.drift * (trajectory.ts + self.delay)
+
+    def floor(self) -> Float[Array, "..."]:
+        """Variance of the error that quantisation makes: step² / 12."""
+        return jnp.zeros(()) if self.quantisation is None else self.quantisation**2 / 12
+
+    def variance(self) -> Float[Array, "..."] | None:
+        """Variance of a recorded value, if it is known: σ² and that of quantisation."""
+        return None if self.sigma is None else self.sigma**2 + self.floor()
+
+    def sampled(self, ts: Samples) -> Samples:
+        """The times at which the trajectory is to be sampled for a recording at `ts`."""
+        return ts - self.delay
