@@ -30,11 +30,13 @@ def _estimate(law: str, values: Array) -> tuple[Array, Array]:
     recording = ij.Recording(jnp.asarray(tasks.TIMES), values, ij.Angle())
     guess = jnp.asarray(tasks.parameters(law)) * START
     fitted = ij.fit(
-        ours.model(law, guess),
-        recording,
-        initial=ij.InitialState(guess[-1]),
-        fixed=("theta_dot0",),
-        simulation=ij.Simulation(ours.TOLERANCE, ours.STEPS, ours.IMPACTS, ours.STEP),
+        ij.Experiment(
+            ours.model(law, guess),
+            recording,
+            ij.InitialState(guess[-1]),
+            fixed=("theta_dot0",),
+            simulation=ij.Simulation(ours.TOLERANCE, ours.STEPS, ours.IMPACTS, ours.STEP),
+        )
     )
     found = jnp.stack([fitted.value(name) for name in tasks.NAMES[law]])
     return found, fitted.converged

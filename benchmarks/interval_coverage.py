@@ -95,12 +95,14 @@ def recorded(case: Case, p: Array, noise: Array) -> ij.Recording:
 
 def fitted(case: Case, recording: ij.Recording, start: Array) -> ij.Estimate:
     return ij.fit(
-        model(case, start),
-        recording,
-        initial=ij.InitialState(start[2]),
-        sensor=SENSOR,
-        fixed=("theta_dot0",),
-        simulation=ij.Simulation(max_steps=case.steps, max_impacts=32),
+        ij.Experiment(
+            model(case, start),
+            recording,
+            ij.InitialState(start[2]),
+            sensor=SENSOR,
+            fixed=("theta_dot0",),
+            simulation=ij.Simulation(max_steps=case.steps, max_impacts=32),
+        )
     )
 
 

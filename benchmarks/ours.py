@@ -157,12 +157,14 @@ def t5(law: str) -> Prepared:
         recording = ij.Recording(jnp.asarray(tasks.TIMES), values, ij.Angle())
         guess = jnp.append(start, tasks.VALUES["theta0"])
         fitted = ij.fit(
-            model(law, guess),
-            recording,
-            initial=ij.InitialState(tasks.VALUES["theta0"]),
-            fixed=("theta0", "theta_dot0"),
-            optimiser=ij.LevenbergMarquardt(horizons=(1.0,)),  # as the rivals: all at once
-            simulation=ij.Simulation(TOLERANCE, STEPS, IMPACTS, STEP),
+            ij.Experiment(
+                model(law, guess),
+                recording,
+                ij.InitialState(tasks.VALUES["theta0"]),
+                fixed=("theta0", "theta_dot0"),
+                simulation=ij.Simulation(TOLERANCE, STEPS, IMPACTS, STEP),
+            ),
+            optimiser=ij.LevenbergMarquardt(horizons=(1.0,)),
         )
         return jnp.stack([fitted.value(name) for name in tasks.NAMES[law][:-1]])
 

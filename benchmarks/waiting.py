@@ -32,7 +32,7 @@ jax.config.update("jax_enable_x64", True)
 import jax.numpy as jnp
 import impactjax as ij
 
-recording = ij.read_recording(Path(sys.argv[1])).recording
+recording = ij.io.read_recording(Path(sys.argv[1])).recording
 sensor = ij.Sensor(low_pass=ij.Butterworth(50.0))
 initial, ts = ij.InitialState(0.78), jnp.linspace(0.0, 1.4, 1401)
 

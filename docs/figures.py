@@ -19,13 +19,13 @@ DEGREES = 180 / math.pi
 
 def main() -> None:
     """The record of a pendulum at a Kelvin-Voigt stop, its fit, and what the fit leaves."""
-    recording = ij.read_recording(HERE.parent / "data" / "kelvin_voigt.csv").recording
+    recording = ij.io.read_recording(HERE.parent / "data" / "kelvin_voigt.csv").recording
     assert isinstance(recording, ij.Recording)
     model = ij.ImpactOscillator(
         ij.Pendulum(omega_n=13.0, zeta=0.002, length=0.071), ij.Stop(ij.KelvinVoigt(600.0, 0.2))
     )
     sensor = ij.Sensor(low_pass=ij.Butterworth(50.0))
-    estimate = ij.fit(model, recording, initial=ij.InitialState(0.78), sensor=sensor)
+    estimate = ij.fit(ij.Experiment(model, recording, ij.InitialState(0.78), sensor=sensor))
 
     plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
     figure, (above, below) = plt.subplots(

@@ -19,18 +19,15 @@ def main() -> None:
     """The restitution that was learned from 40 impacts of a ball, the truth, and named laws."""
     heard = recording()
     named = [ij.LinearRestitution(0.9, 0.03), ij.PowerRestitution(0.85, 0.05)]
-    others = [ij.fit(ball(law), heard, initial=START, simulation=EFFORT) for law in named]
+    others = [ij.fit(ij.Experiment(ball(law), heard, START, simulation=EFFORT)) for law in named]
     law = ij.LearnedRestitution.like(named[0], np.geomspace(0.2, 3.0, 10))
     learned = ij.learn(
-        ball(law),
-        heard,
-        initial=START,
+        ij.Experiment(ball(law), heard, START, simulation=EFFORT),
         where=lambda system: system.model.lower.law.weights,
-        simulation=EFFORT,
     )
     plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
     figure, ax = plt.subplots(figsize=(7, 3.6), layout="constrained")
-    ij.plot_learned_restitution(ax, learned, others)
+    ij.plot.learned_restitution(ax, learned, others)
     speeds = np.linspace(0.0, 3.3, 200)
     ax.plot(speeds, softening(speeds), "k--", linewidth=0.8, label="truth")
     ax.legend(frameon=False, fontsize="small")

@@ -21,8 +21,15 @@ def line() -> tuple[np.ndarray, ij.Estimate]:
     recording = ij.Recording(jnp.asarray(TS), jnp.asarray(values), ij.Displacement())
     model = ij.ImpactOscillator(ij.FreeMass())
     return values, ij.fit(
-        model, recording, initial=ij.InitialState(0.0), starts=ij.Starts(4), simulation=SMALL
+        ij.Experiment(model, recording, ij.InitialState(0.0), simulation=SMALL), starts=ij.Starts(4)
     )
+
+
+def with_dry_friction(estimate: ij.Estimate) -> ij.Estimate:
+    """The estimate as if it were of free flight of an oscillator with dry friction."""
+    oscillator = ij.LinearOscillator(5.0, dry_friction=0.1)
+    model = ij.ImpactOscillator(oscillator)
+    return eqx.tree_at(lambda e: e.problem.system.model, estimate, model)
 
 
 @functools.cache
@@ -35,12 +42,8 @@ def swing() -> ij.Estimate:
         ij.LinearOscillator(5.1, 0.01), ij.Stop(ij.Restitution(0.5), gap=2.0)
     )
     found = ij.fit(
-        model,
-        recording,
-        initial=ij.InitialState(0.9),
-        fixed=("x_dot0",),
+        ij.Experiment(model, recording, ij.InitialState(0.9), fixed=("x_dot0",), simulation=SMALL),
         starts=ij.Starts(4),
-        simulation=SMALL,
     )
     return ij.profiled(found)
 

@@ -11,14 +11,15 @@ import pytest
 import impactjax as ij
 from estimates import line
 from impactjax._compare.laws import LAWS
-from impactjax._first_look.first_estimates import FirstEstimates
+from impactjax._first_look.first_look import FirstLook
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._problem.assumptions import assumptions, rests
 from impactjax._problem.dimensions import dimensions, unit_of
-from impactjax._problem.parameters import Start, System, handles
+from impactjax._problem.parameters import handles
 from impactjax._report.document import document
 from impactjax._report.given import given, given_sentences, taken
 from impactjax._report.page import page
+from impactjax._sensor.system import Start, System
 
 GRAVITY = 9.80665
 
@@ -98,7 +99,7 @@ def scaled(law, length, mass):
 @pytest.mark.parametrize("name", LAWS)
 def test_units_of_laws_say_how_they_scale(name):
     """Twice the metre and thrice the kilogram: the same restitution, six times the force."""
-    seen = FirstEstimates(
+    seen = FirstLook(
         ij.FreeMass(2.0),
         ij.InitialState(0.1),
         np.array([0.5, 0.4, 0.3]),
@@ -110,8 +111,11 @@ def test_units_of_laws_say_how_they_scale(name):
     other = scaled(law, 2.0, 3.0)
     v, depth, m = jnp.asarray(0.7), jnp.asarray(1e-3), jnp.asarray(2.0)
     if isinstance(law, AbstractImpactLaw):
+        assert isinstance(other, AbstractImpactLaw)
         np.testing.assert_allclose(other.restitution(2 * v), law.restitution(v), rtol=1e-12)
         return
+    assert isinstance(law, ij.AbstractForceLaw)
+    assert isinstance(other, ij.AbstractForceLaw)
     before, after = law.touch(v, m), other.touch(2 * v, 3 * m)
     force, more = law.force(depth, v, before, m), other.force(2 * depth, 2 * v, after, 3 * m)
     np.testing.assert_allclose(more, 6 * force, rtol=1e-12)
@@ -213,8 +217,7 @@ def fitted() -> ij.Fitted:
     run = ij.simulate(ij.ImpactOscillator(oscillator, ij.Stop(law)), ij.InitialState(0.7), ts)
     values = np.asarray(run.position) + 1e-3 * np.random.default_rng(0).standard_normal(501)
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(values), ij.Angle())
-    setup = ij.Setup("pendulum", dry_friction=False)
-    return ij.compare(recording, setup, ["linear-restitution"])[0]
+    return ij.compare(ij.prepare(recording, laws=["linear-restitution"])).best
 
 
 def test_value_without_the_assumption_is_the_true_one(fitted):
@@ -239,12 +242,12 @@ def test_sentence_page_and_document_say_it(fitted):
     (said,) = given_sentences(fitted)
     assert said.startswith("alpha rests on length = 0.0681 m (not stated; that of a point mass")
     assert re.search(r"tells alpha·length: 0\.01\d+ ± 0\.000\d+ s/rad\.$", said)
-    text = re.sub(r"<[^>]*>", "", page([("x", fitted)], "", 0, {}))
+    text = re.sub(r"<[^>]*>", "", page([ij.Comparison("x", (fitted,))], ""))
     plain = " ".join(text.split())
     assert "identified, given length" in plain
     assert "alpha·length" in plain
     assert "Speeds rest on length = 0.0681 m" in plain
-    (fit,) = document([("x", fitted)], 0, {})["fits"]
+    (fit,) = document([ij.Comparison("x", (fitted,))])["fits"]
     alpha, r0 = fit["parameters"]["alpha"], fit["parameters"]["r0"]
     assert (alpha["rests_on"], r0["rests_on"], r0["own"]) == (["length"], [], None)
     assert alpha["own"]["unit"] == "s/rad"
@@ -257,7 +260,7 @@ def test_sentence_page_and_document_say_it(fitted):
 def test_stated_values_are_no_assumptions(fitted):
     stated = fitted._replace(stated=("length", "mass", "gap"))
     assert given_sentences(stated) == []
-    (fit,) = document([("x", stated)], 0, {})["fits"]
+    (fit,) = document([ij.Comparison("x", (stated,))])["fits"]
     assert fit["assumptions"] == []
     assert not any(each["rests_on"] for each in fit["parameters"].values())
     assert not fit["parameters"]["gap"]["assumed"]

@@ -38,8 +38,8 @@ def assert_one_sentence(message: str, says: tuple[str, ...]):
 @pytest.mark.parametrize("name", BY_THE_READER)
 def test_the_reader_says_what_is_wrong(name, tmp_path):
     bad = CASES[name]
-    with pytest.raises(ij.FileError) as caught:
-        ij.read_recording(bad.write(tmp_path))
+    with pytest.raises(ij.io.FileError) as caught:
+        ij.io.read_recording(bad.write(tmp_path))
     assert str(tmp_path) in str(caught.value)
     assert_one_sentence(str(caught.value), bad.says)
 
@@ -116,8 +116,8 @@ LINES = st.lists(st.lists(CELLS, max_size=3).map(", ".join), max_size=5)
 def test_any_content_is_read_or_refused(content, tmp_path_factory):
     path = Bad(content, ()).write(tmp_path_factory.mktemp("any"))
     try:
-        ij.read_recording(path)
-    except ij.FileError as error:
+        ij.io.read_recording(path)
+    except ij.io.FileError as error:
         assert_one_sentence(str(error), ())
 
 
@@ -143,6 +143,6 @@ def toml(tables: dict[str, dict[str, str]]) -> str:
 def test_any_sidecar_is_read_or_refused(tables, tmp_path_factory):
     path = beside(toml(tables)).write(tmp_path_factory.mktemp("any"))
     try:
-        ij.read_recording(path)
-    except ij.FileError as error:
+        ij.io.read_recording(path)
+    except ij.io.FileError as error:
         assert_one_sentence(str(error), ())

@@ -19,12 +19,14 @@ def fitted(errors: np.ndarray, sensor: ij.Sensor | None = None) -> ij.Estimate:
         jnp.asarray(TS), jnp.asarray(0.3 + 0.7 * TS + errors), ij.Displacement()
     )
     return ij.fit(
-        LINE,
-        recording,
-        initial=ij.InitialState(0.1, 0.5),
-        sensor=sensor,
-        fixed=("r",),
-        simulation=QUICK,
+        ij.Experiment(
+            LINE,
+            recording,
+            ij.InitialState(0.1, 0.5),
+            sensor=sensor,
+            fixed=("r",),
+            simulation=QUICK,
+        )
     )
 
 

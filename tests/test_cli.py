@@ -9,7 +9,8 @@ import pytest
 
 from browser import look, needs_browser
 from command import Fitted, fitted, impactjax
-from impactjax._cli.fit import fit_command, write
+from impactjax._cli.fit import fit_command
+from impactjax._report.write import write_texts
 
 DATA = Path(__file__).parent.parent / "data"
 TRUTH = {"omega_n": 12.0, "zeta": 0.01, "r": 0.7, "theta0": math.radians(40), "theta_dot0": 0.5}
@@ -207,11 +208,11 @@ def test_a_link_to_nowhere_is_not_written_through(simulated, tmp_path):
 
 def test_what_came_to_be_meanwhile_is_kept(tmp_path):
     path = tmp_path / "fit.json"
-    write(path, "mine", force=False)
+    write_texts([path], ["mine"], force=False)
     with pytest.raises(FileExistsError):
-        write(path, "another's", force=False)
+        write_texts([path], ["another's"], force=False)
     assert path.read_text() == "mine"
-    write(path, "forced", force=True)
+    write_texts([path], ["forced"], force=True)
     assert path.read_text() == "forced"
 
 
@@ -219,9 +220,9 @@ def test_a_page_that_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch,
     def failing(*given):
         raise RuntimeError("no page")
 
-    monkeypatch.setattr("impactjax._cli.fit._fitted", lambda tasks, seed: [])
-    monkeypatch.setattr("impactjax._cli.fit.document", lambda *given: {})
-    monkeypatch.setattr("impactjax._cli.fit.page", failing)
+    monkeypatch.setattr("impactjax._cli.fit._compared", lambda prepared, seed: [])
+    monkeypatch.setattr("impactjax._report.write.document", lambda *given: {})
+    monkeypatch.setattr("impactjax._report.write.page", failing)
     with pytest.raises(RuntimeError, match="no page"):
         fit_command([DATA / "free_decay.csv"], laws=["none"], out=tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -24,7 +24,7 @@ def write(damage: Damage, folder):
 
 @pytest.mark.parametrize("name", READ)
 def test_what_can_be_read_is_read_right(name, tmp_path):
-    found = ij.read_recording(write(READ[name], tmp_path)).recording
+    found = ij.io.read_recording(write(READ[name], tmp_path)).recording
     assert isinstance(found, ij.Recording)
     valid = np.asarray(found.valid)
     assert 600 < valid.sum() <= len(TS)
@@ -56,10 +56,10 @@ def test_there_are_enough_of_them():
 
 def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "record.csv")
-    with pytest.raises(ij.FileError, match="no ordinary file"):
-        ij.read_recording(tmp_path / "record.csv")
-    with pytest.raises(ij.FileError, match="no ordinary file"):
-        ij.read_recording(tmp_path.joinpath("/dev/zero"))
+    with pytest.raises(ij.io.FileError, match="no ordinary file"):
+        ij.io.read_recording(tmp_path / "record.csv")
+    with pytest.raises(ij.io.FileError, match="no ordinary file"):
+        ij.io.read_recording(tmp_path.joinpath("/dev/zero"))
 
 
 def test_a_million_rows_that_say_too_much_are_refused(tmp_path):
@@ -67,5 +67,5 @@ def test_a_million_rows_that_say_too_much_are_refused(tmp_path):
     fast = np.sin(np.arange(1_000_000) / 20)
     rows = "\n".join(f"{i}, {x:.4f}" for i, x in enumerate(fast.tolist()))
     (tmp_path / "record.csv").write_text(f"time [ms], angle [rad]\n{rows}\n")
-    with pytest.raises(ij.FileError, match="1000000 rows are too many to fit"):
-        ij.read_recording(tmp_path / "record.csv")
+    with pytest.raises(ij.io.FileError, match="1000000 rows are too many to fit"):
+        ij.io.read_recording(tmp_path / "record.csv")

@@ -1,6 +1,5 @@
 """What is read off a recording before any fit: near the truth, and never out of range."""
 
-import dataclasses
 import math
 
 import jax.numpy as jnp
@@ -11,12 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import impactjax as ij
-from estimates import line
-from impactjax._compare.compare import Setup, first_sight
 from impactjax._compare.laws import LAWS
 from impactjax._compare.oscillators import OSCILLATORS
-from impactjax._first_look.first_estimates import first_estimates
-from impactjax._fit.fit import pose
 from reference import simulate_rigid
 from tiers import thorough
 
@@ -28,7 +23,7 @@ NOISE = np.random.default_rng(5).standard_normal(2001)
 
 def seen(values, quantity, oscillator, ts=TS):
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(values), quantity)
-    return first_estimates(recording, oscillator)
+    return recording.first_look(oscillator)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3, 1e-2])
@@ -98,7 +93,7 @@ def test_a_stop_beside_the_equilibrium(gap, r, noise):
     run, position = with_gap(gap, r)
     values = position + noise * NOISE[:1401]
     recording = ij.Recording(jnp.asarray(TS[:1401]), jnp.asarray(values), ij.Displacement())
-    found = first_estimates(recording, ij.LinearOscillator(1.0), gap)
+    found = recording.first_look(ij.LinearOscillator(1.0), gap)
     assert not found.swings_freely
     assert found.elsewhere is None
     assert isinstance(found.oscillator, ij.LinearOscillator)
@@ -121,12 +116,12 @@ def test_a_stop_that_is_not_where_it_is_said_to_be(gap, r):
 def test_impact_times():
     r, speed, gravity = 0.8, 1.5, 9.80665
     times = 2 * speed / gravity * (1 - r ** np.arange(9)) / (1 - r)
-    found = first_estimates(ij.ImpactTimes(jnp.asarray(times)), ij.BouncingBall())
+    found = ij.ImpactTimes(jnp.asarray(times)).first_look(ij.BouncingBall())
     assert found.restitution == pytest.approx(r, rel=1e-9)
     assert found.restitution_line == pytest.approx((r, 0.0), abs=1e-9)
     assert float(found.initial.velocity) == pytest.approx(speed, rel=1e-9)
     with pytest.raises(ValueError, match="needs a bouncing ball"):
-        first_estimates(ij.ImpactTimes(jnp.asarray(times)), ij.FreeMass())
+        ij.ImpactTimes(jnp.asarray(times)).first_look(ij.FreeMass())
 
 
 SHAPES = st.sampled_from([np.cumsum, np.sort, np.abs, np.asarray, np.round])
@@ -147,11 +142,11 @@ SHAPES = st.sampled_from([np.cumsum, np.sort, np.abs, np.asarray, np.round])
 def test_any_recording_gives_values_in_range(seed, count, size, shape, oscillator, gap):
     generator = np.random.default_rng(seed)
     ts = np.cumsum(generator.uniform(1e-3, 1e-2, count))
-    moving = OSCILLATORS[oscillator]({}, False)
+    moving = OSCILLATORS[oscillator]()
     quantity = ij.Angle() if moving.is_angle() else ij.Displacement()
     values = size * shape(generator.standard_normal(count))
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(values), quantity)
-    found = first_estimates(recording, moving, gap)
+    found = recording.first_look(moving, gap)
     assert np.all(np.isfinite(found.speeds))
     assert np.all(np.isfinite([found.initial.position, found.initial.velocity]))
     for law in LAWS.values():
@@ -163,7 +158,7 @@ def test_any_recording_gives_values_in_range(seed, count, size, shape, oscillato
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(2, 20))
 def test_any_impact_times_give_values_in_range(seed, count):
     times = np.cumsum(np.random.default_rng(seed).uniform(1e-6, 1, count))
-    found = first_estimates(ij.ImpactTimes(jnp.asarray(times)), ij.BouncingBall())
+    found = ij.ImpactTimes(jnp.asarray(times)).first_look(ij.BouncingBall())
     for law in LAWS.values():
         ij.ImpactOscillator(found.oscillator, ij.Stop(law(found)))
 
@@ -187,13 +182,11 @@ def test_the_figure_shows_what_the_search_has_seen():
         lambda t, y: np.array([y[1], -9.80665]), [0.2, 0.0], ts, lambda speed: 0.8
     ).position
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(2 * flights + 0.5), ij.Displacement())
-    setup = Setup("bouncing-ball", fixed={"gain": 2.0, "offset": 0.5})
-    first = first_sight(recording, setup)
-    assert 3 <= len(first.marks) <= 20
-    model = ij.ImpactOscillator(first.oscillator, ij.Stop(ij.Restitution(0.8)))
-    problem = pose(ij.Experiment(model, recording, first.initial, ij.Sensor(2.0, 0.5)))
-    _, small = line()
+    known = {"gain": 2.0, "offset": 0.5}
+    prepared = ij.prepare(recording, oscillator=ij.BouncingBall(), laws=["none"], fixed=known)
+    look = prepared.first_look
+    assert 3 <= len(look.marks) <= 20
     ax = plt.figure().add_subplot()
-    ij.plot_first_estimates(ax, dataclasses.replace(small, problem=problem))
+    ij.plot.first_look(ax, prepared.experiment.recording, look)
     marks = np.asarray(ax.get_lines()[1].get_xdata())
-    np.testing.assert_array_equal(marks, first.marks)
+    np.testing.assert_array_equal(marks, look.marks)

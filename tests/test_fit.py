@@ -81,12 +81,14 @@ def noisy(count: int) -> np.ndarray:
 def fit_ball(values, r):
     recording = ij.Recording(jnp.asarray(BALL_TIMES), values, ij.Displacement())
     return ij.fit(
-        ij.ImpactOscillator(ij.BouncingBall(9.7), ij.Stop(ij.Restitution(r))),
-        recording,
-        initial=ij.InitialState(0.49, 0.0),
-        fixed=("x_dot0",),
-        free=("gravity",),
-        simulation=SMALL,
+        ij.Experiment(
+            ij.ImpactOscillator(ij.BouncingBall(9.7), ij.Stop(ij.Restitution(r))),
+            recording,
+            ij.InitialState(0.49, 0.0),
+            fixed=("x_dot0",),
+            free=("gravity",),
+            simulation=SMALL,
+        )
     )
 
 
@@ -156,10 +158,9 @@ def test_impact_times_give_restitution_in_closed_form():
     times = start + 2 * speed / gravity * (1 - r ** np.arange(9)) / (1 - r)
     model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.7)))
     found = ij.fit(
-        model,
-        ij.ImpactTimes(jnp.asarray(times)),
-        initial=ij.InitialState(0.0, 1.4),
-        simulation=SMALL,
+        ij.Experiment(
+            model, ij.ImpactTimes(jnp.asarray(times)), ij.InitialState(0.0, 1.4), simulation=SMALL
+        )
     )
     assert found.names == ("r", "x_dot0", "t0")
     np.testing.assert_allclose(found.values, [r, speed, start], rtol=1e-7)
@@ -238,10 +239,9 @@ def test_what_cannot_be_fitted_is_refused(arguments, words):
     recording = ij.Recording(jnp.arange(4.0), jnp.arange(4.0), ij.Displacement())
     with pytest.raises(ValueError, match=words):
         ij.fit(
-            ij.ImpactOscillator(ij.FreeMass()),
-            recording,
-            initial=ij.InitialState(0.0),
-            **arguments,
+            ij.Experiment(
+                ij.ImpactOscillator(ij.FreeMass()), recording, ij.InitialState(0.0), **arguments
+            )
         )
 
 
@@ -255,7 +255,7 @@ def test_a_launch_from_the_stop_is_bounded_on_both_sides():
     recording = ij.Recording(jnp.asarray(ts[:50]), jnp.asarray(height[:50]), ij.Displacement())
     model = ij.ImpactOscillator(ij.BouncingBall(9.81), ij.Stop(ij.Restitution(0.7)))
     start = ij.InitialState(1e-4, 1.5)
-    found = ij.profiled(ij.fit(model, recording, initial=start, simulation=SMALL))
+    found = ij.profiled(ij.fit(ij.Experiment(model, recording, start, simulation=SMALL)))
     assert found.verdict("x_dot0") == ij.Verdict.IDENTIFIED
     low, high = (float(ends[found.names.index("x_dot0")]) for ends in (found.low, found.high))
     assert low < 1.5 < high < 1.51
@@ -272,16 +272,18 @@ def test_what_the_model_does_not_have_is_not_fitted(quantity, words):
     recording = ij.Recording(jnp.arange(4.0), jnp.arange(4.0), quantity)
     model = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5)))
     with pytest.raises(ValueError, match=words):
-        ij.fit(model, recording, initial=ij.InitialState(1.0))
+        ij.fit(ij.Experiment(model, recording, ij.InitialState(1.0)))
 
 
 def test_a_scale_that_may_be_nothing_has_no_bound_without_a_profile():
     """Stiffness beyond what the samples resolve: the small-error interval would end above only."""
     found = ij.fit(
-        ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.KelvinVoigt(4e4, 0.05))),
-        ij.ImpactTimes(0.1 + 2 * 1.5 / 9.80665 * (1 - 0.8 ** np.arange(9)) / 0.2),
-        initial=ij.InitialState(0.0, 1.5),
-        simulation=ij.Simulation(max_steps=128, max_impacts=16),
+        ij.Experiment(
+            ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.KelvinVoigt(4e4, 0.05))),
+            ij.ImpactTimes(0.1 + 2 * 1.5 / 9.80665 * (1 - 0.8 ** np.arange(9)) / 0.2),
+            ij.InitialState(0.0, 1.5),
+            simulation=ij.Simulation(max_steps=128, max_impacts=16),
+        )
     )
     place = found.names.index("omega0")
     if float(found.standard_error("omega0")) > float(found.value("omega0")):
@@ -293,4 +295,4 @@ def test_nothing_left_to_fit_is_refused():
     recording = ij.Recording(jnp.arange(3.0), jnp.arange(3.0), ij.Displacement())
     model, start = ij.ImpactOscillator(ij.FreeMass()), ij.InitialState(0.0, 1.0)
     with pytest.raises(ValueError, match="all are fixed"):
-        ij.fit(model, recording, initial=start, fixed=("x0", "x_dot0"))
+        ij.fit(ij.Experiment(model, recording, start, fixed=("x0", "x_dot0")))

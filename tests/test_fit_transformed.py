@@ -12,7 +12,9 @@ from tiers import thorough
 def slope_and_level(values, ties=None):
     recording = ij.Recording(jnp.asarray(TS), values, ij.Displacement())
     model, initial = ij.ImpactOscillator(ij.FreeMass()), ij.InitialState(0.0)
-    return ij.fit(model, recording, initial=initial, simulation=SMALL, ties=ties or {}).values
+    return ij.fit(
+        ij.Experiment(model, recording, initial, simulation=SMALL, ties=ties or {})
+    ).values
 
 
 @thorough
@@ -43,7 +45,7 @@ def test_a_recording_may_be_known_before_the_fit_is_compiled():
 
     @jax.jit
     def fitted(x0):
-        return ij.fit(model, recording, initial=ij.InitialState(x0), simulation=SMALL).values
+        return ij.fit(ij.Experiment(model, recording, ij.InitialState(x0), simulation=SMALL)).values
 
     expected = np.polynomial.polynomial.polyfit(TS - TS[0], line()[0], 1)
     np.testing.assert_allclose(fitted(0.1), expected, rtol=1e-9)

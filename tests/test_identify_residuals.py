@@ -20,7 +20,7 @@ def white() -> np.ndarray:
 
 def test_autocorrelation_and_its_test_are_those_of_the_textbook():
     left = white()
-    found = ij.residuality(leaving(left))
+    found = ij.residual_diagnostics(leaving(left))
     centred = left - left.mean()
     rho = [np.sum(centred[k:] * centred[:-k]) / np.sum(centred**2) for k in range(1, 41)]
     np.testing.assert_allclose(found.autocorrelation, rho, atol=1e-12)
@@ -31,7 +31,7 @@ def test_autocorrelation_and_its_test_are_those_of_the_textbook():
 
 def test_runs_are_counted():
     left = np.tile([1.0, 2.0, -1.0, 1.0, -3.0], COUNT // 5)
-    found = ij.residuality(leaving(left))
+    found = ij.residual_diagnostics(leaving(left))
     assert found.runs == 4 * COUNT // 5
     n1, n2 = 240, 160
     expected = 1 + 2 * n1 * n2 / COUNT
@@ -42,7 +42,7 @@ def test_runs_are_counted():
 
 def test_normality_is_that_of_scipy():
     for left in (white(), white() ** 3):
-        found = ij.residuality(leaving(left))
+        found = ij.residual_diagnostics(leaving(left))
         known = np.asarray(stats.jarque_bera(left))[1]
         np.testing.assert_allclose(found.abnormal, known, rtol=1e-9, atol=1e-300)
         np.testing.assert_allclose(found.skewness, stats.skew(left), rtol=1e-9)
@@ -51,10 +51,10 @@ def test_normality_is_that_of_scipy():
 
 def test_white_noise_passes_and_filtered_noise_does_not():
     many = 0.1 * np.random.default_rng(5).standard_normal((100, COUNT))
-    assert sum(bool(ij.residuality(leaving(left)).independent) for left in many) >= 98
+    assert sum(bool(ij.residual_diagnostics(leaving(left)).independent) for left in many) >= 98
     smooth = (many[:, 1:] + many[:, :-1]) / 2
     smooth = np.concatenate([many[:, :1], smooth], axis=1)
-    assert not any(bool(ij.residuality(leaving(left)).independent) for left in smooth)
+    assert not any(bool(ij.residual_diagnostics(leaving(left)).independent) for left in smooth)
 
 
 def test_what_is_left_after_an_impact_is_seen_there():
@@ -62,7 +62,7 @@ def test_what_is_left_after_an_impact_is_seen_there():
     left = white().copy()
     near = (TS >= 2.0) & (TS < 2.25)
     left[near] *= 5
-    found = ij.residuality(leaving(left, impacts))
+    found = ij.residual_diagnostics(leaving(left, impacts))
     rms = np.sqrt(np.mean(left**2))
     for i, begin in enumerate(impacts):
         window = (begin <= TS) & (begin + 0.25 > TS)
@@ -79,7 +79,7 @@ def test_what_does_not_count_is_left_out():
     left[~kept] = 0.0
     whole = leaving(left)
     masked = eqx.tree_at(lambda e: e.problem.recording.valid, whole, jnp.asarray(kept))
-    found = ij.residuality(masked)
+    found = ij.residual_diagnostics(masked)
     alone = left[kept]
     assert int(found.runs) == 1 + np.sum(np.diff(alone > 0))
     np.testing.assert_allclose(found.skewness, stats.skew(alone), rtol=1e-9)
@@ -92,6 +92,8 @@ def test_jit_and_vmap_change_nothing():
     both = [leaving(white()), leaving(white()[::-1].copy())]
     together = jax.tree.map(lambda *x: jnp.stack(x), *[eqx.filter(e, eqx.is_array) for e in both])
     static = eqx.filter(both[0], eqx.is_array, inverse=True)
-    found = jax.vmap(lambda e: ij.residuality(eqx.combine(e, static)).runs_deviation)(together)
-    alone = [ij.residuality(each).runs_deviation for each in both]
+    found = jax.vmap(lambda e: ij.residual_diagnostics(eqx.combine(e, static)).runs_deviation)(
+        together
+    )
+    alone = [ij.residual_diagnostics(each).runs_deviation for each in both]
     np.testing.assert_allclose(found, alone)

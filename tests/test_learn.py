@@ -1,4 +1,4 @@
-"""Gradient descent through the simulator, against laws that were never told and against SciPy."""
+"""Gradient descent through the simulator, against laws unknown to it and against SciPy."""
 
 import functools
 import math
@@ -15,6 +15,7 @@ from jaxtyping import Array
 from scipy import optimize
 
 import impactjax as ij
+from estimates import SMALL
 
 GRAVITY = 9.80665
 COUNT, NOISE = 40, 1e-4
@@ -76,12 +77,9 @@ def weights_of(system):
 
 def learned(recording, law, told=None):
     return ij.learn(
-        ball(law),
-        recording,
-        initial=ij.InitialState(0.0, 2.9),
+        ij.Experiment(ball(law), recording, ij.InitialState(0.0, 2.9), simulation=EFFORT),
         where=weights_of,
-        simulation=EFFORT,
-        tell=told,
+        progress=told,
     )
 
 
@@ -148,14 +146,16 @@ def test_the_band_holds_the_truth_as_often_as_it_promises():
 def named():
     def one(times):
         return ij.learn(
-            ball(ij.LinearRestitution(0.92, 0.035)),
-            ij.ImpactTimes(times),
-            initial=ij.InitialState(0.0, 2.9),
+            ij.Experiment(
+                ball(ij.LinearRestitution(0.92, 0.035)),
+                ij.ImpactTimes(times),
+                ij.InitialState(0.0, 2.9),
+                simulation=EFFORT,
+                noise=ij.WhiteNoise(),
+            ),
             optimiser=optax.adam(0.1),
             steps=40,
             rounds=10,
-            simulation=EFFORT,
-            noise=ij.WhiteNoise(),
         )
 
     return jax.jit(jax.vmap(one))(jnp.stack([heard(softening, seed).times for seed in range(3)]))
@@ -187,7 +187,7 @@ def test_the_figure_shows_what_was_learned_beside_others():
     from matplotlib.figure import Figure
 
     found, _ = of_softening()
-    ax = ij.plot_learned_restitution(Figure().subplots(), found)
+    ax = ij.plot.learned_restitution(Figure().subplots(), found)
     impacts, curve = ax.get_lines()
     happened = np.asarray(found.impacts.happened)
     np.testing.assert_allclose(
@@ -235,12 +235,14 @@ VALUES = heights(0.8, 0.5) + 2e-3 * np.random.default_rng(5).standard_normal(61)
 
 def of_mean(r, x0):
     return ij.learn(
-        ball(Mean(jnp.full(60, r))),
-        ij.Recording(jnp.asarray(TS), jnp.asarray(VALUES), ij.Displacement()),
-        initial=ij.InitialState(jnp.asarray(x0)),
+        ij.Experiment(
+            ball(Mean(jnp.full(60, r))),
+            ij.Recording(TS, VALUES, ij.Displacement()),
+            ij.InitialState(jnp.asarray(x0)),
+            fixed=("x_dot0",),
+            simulation=SMALL,
+        ),
         where=weights_of,
-        fixed=("x_dot0",),
-        simulation=ij.Simulation(max_steps=32, max_impacts=8),
     )
 
 
@@ -285,13 +287,13 @@ def test_a_start_that_cannot_be_computed_is_said():
         ({"steps": 0}, "`steps` must be at least 1"),
         ({"rounds": -1}, "`rounds` must be at least 1"),
         ({"where": lambda system: system.model.lower.law.r}, "picks the parameter `r`, which has"),
-        ({"fixed": ("x9",)}, "no parameter `x9`"),
     ],
 )
 def test_what_cannot_be_learned_is_refused(arguments, words):
-    recording, start = heard(softening), ij.InitialState(0.0, 3.0)
+    model = ball(ij.Restitution(0.9))
+    experiment = ij.Experiment(model, heard(softening), ij.InitialState(0.0, 3.0))
     with pytest.raises(ValueError, match=words):
-        ij.learn(ball(ij.Restitution(0.9)), recording, initial=start, **arguments)
+        ij.learn(experiment, **arguments)
 
 
 def test_a_band_needs_an_impact_law():

@@ -9,7 +9,8 @@ from jaxtyping import Array
 from scipy.interpolate import BSpline
 
 import impactjax as ij
-from impactjax._problem.parameters import Start, System, handles
+from impactjax._problem.parameters import handles
+from impactjax._sensor.system import Start, System
 from impactjax._simulate.default_step import natural_step
 from tiers import mostly_thorough, thorough
 

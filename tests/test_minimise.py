@@ -88,11 +88,13 @@ def test_a_fit_of_known_numbers_inside_jit():
     @jax.jit
     def values():
         again = ij.fit(
-            problem.system.model,
-            problem.recording,
-            initial=problem.system.initial,
+            ij.Experiment(
+                problem.system.model,
+                problem.recording,
+                problem.system.initial,
+                simulation=problem.simulation,
+            ),
             starts=ij.Starts(4),
-            simulation=problem.simulation,
         )
         return again.values, again.residuals
 

@@ -20,11 +20,13 @@ WAVE = np.sin(2 * np.pi * (TS - TS[0]) / 0.75)
 
 def fitted_by_a_line(values) -> ij.Estimate:
     return ij.fit(
-        ij.ImpactOscillator(ij.FreeMass()),
-        ij.Recording(jnp.asarray(TS), jnp.asarray(values), ij.Displacement()),
-        initial=ij.InitialState(0.0),
+        ij.Experiment(
+            ij.ImpactOscillator(ij.FreeMass()),
+            ij.Recording(jnp.asarray(TS), jnp.asarray(values), ij.Displacement()),
+            ij.InitialState(0.0),
+            simulation=SMALL,
+        ),
         starts=ij.Starts(4),
-        simulation=SMALL,
     )
 
 
@@ -46,7 +48,7 @@ def test_a_wave_is_no_straight_line(size):
     for each in (found, ij.profiled(found)):
         assert [each.verdict(name) for name in each.names] == [verdict] * 2
     assert ("misses the record" in str(found)) is missed
-    (said,) = document([("x", ij.Fitted("none", False, found, 0.0))], 0, {})["fits"]
+    (said,) = document([ij.Comparison("x", (ij.Fitted("free flight", found, 0.0),))])["fits"]
     assert said["result"] == ("misses the record" if missed else "successful")
     assert bool(np.all(np.isinf(ij.identifiability(found).bounds))) is missed
 

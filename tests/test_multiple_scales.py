@@ -184,7 +184,7 @@ def both_fits(degrees):
 
     guess = [OMEGA_N, ZETA, math.radians(degrees), 0.0]
     formula = least_squares(left, guess, "3-point").x[:2]
-    exact = ij.fit(swing, ij.Recording(ts, record, ij.Angle()), initial=start)
+    exact = ij.fit(ij.Experiment(swing, ij.Recording(ts, record, ij.Angle()), start))
     assert exact.names[:2] == ("omega_n", "zeta")
     return np.asarray(exact.values[:2]), np.asarray(exact.standard_errors[:2]), formula
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools
-from typing import Any
+from typing import Any, cast
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,7 +12,7 @@ import impactjax as ij
 from impactjax._compare.compare import _is_worse, compare_by
 from impactjax._compare.laws import LAWS
 from impactjax._compare.nested import SPECIAL_CASES, in_stages
-from impactjax._first_look.first_estimates import FirstEstimates
+from impactjax._first_look.first_look import FirstLook
 from impactjax._fit.search import Search
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._parameter import ranges
@@ -20,7 +20,7 @@ from impactjax._report.outcome import outcome_of
 from tiers import thorough
 
 MASS = 0.02
-SEEN = FirstEstimates(
+SEEN = FirstLook(
     ij.Pendulum(13.0, mass=MASS),
     ij.InitialState(0.7),
     np.array([0.7, 0.6, 0.5]),
@@ -44,13 +44,13 @@ def force(law, speed):
 
 @pytest.mark.parametrize(("small", "large"), SPECIAL_CASES)
 def test_a_special_case_is_the_smaller_law(small, large):
-    law = LAWS[small](SEEN)
-    kind: Any = type(LAWS[large](SEEN))
-    at = values_of(LAWS[large](SEEN)) | values_of(law)
+    started = {type(law): law for law in (start(SEEN) for start in LAWS.values())}
+    law, larger, kind = started[small], started[large], cast("Any", large)
+    at = values_of(larger) | values_of(law)
     special = SPECIAL_CASES[small, large](at)
     assert special is not None
     at |= dict(special)
-    same = kind(**{name: at[name] for name in ranges(LAWS[large](SEEN))})
+    same = kind(**{name: at[name] for name in ranges(larger)})
     for speed in SPEEDS:
         if isinstance(law, ij.AbstractImpactLaw):
             assert isinstance(same, ij.AbstractImpactLaw)
@@ -60,11 +60,15 @@ def test_a_special_case_is_the_smaller_law(small, large):
 
 
 def test_special_cases_are_fitted_first():
+    def model(law: str) -> ij.ImpactOscillator:
+        return ij.ImpactOscillator(SEEN.oscillator, ij.Stop(LAWS[law](SEEN)))
+
     laws = ["power-law", "maxwell", "hunt-crossley", "simon", "hertz"]
-    stages = in_stages([(law, False) for law in laws])
-    names = [{law for law, _ in stage} for stage in stages]
-    assert names == [{"maxwell", "hertz"}, {"simon"}, {"hunt-crossley"}, {"power-law"}]
-    assert in_stages([("none", True), ("none", False)]) == [[("none", False)], [("none", True)]]
+    stages = [set(stage) for stage in in_stages({law: model(law) for law in laws})]
+    assert stages == [{"maxwell", "hertz"}, {"simon"}, {"hunt-crossley"}, {"power-law"}]
+    dry = ij.ImpactOscillator(ij.LinearOscillator(5.0, dry_friction=0.1))
+    viscous = ij.ImpactOscillator(ij.LinearOscillator(5.0))
+    assert in_stages({"dry": dry, "viscous": viscous}) == [["viscous"], ["dry"]]
 
 
 @functools.cache
@@ -84,20 +88,20 @@ def compared():
             chosen = LevenbergMarquardt(1) if lazy else optimiser
             return Search().minima(problem, chosen, searches)
 
-    setup = ij.Setup("linear-oscillator")
-    return compare_by(Lazy(), recording, setup, ["none"], 0, lambda _: None, map)
+    prepared = ij.prepare(recording, laws=["none"])
+    return compare_by(Lazy(), prepared, ij.Starts(16), LevenbergMarquardt(), lambda _: None, map)
 
 
 @thorough
 def test_more_friction_never_fits_worse():
-    fits = {each.dry_friction: each for each in compared()}
+    fits = {each.is_dry: each for each in compared()}
     assert float(fits[True].estimate.rms) <= float(fits[False].estimate.rms) * (1 + 1e-9)
     assert bool(fits[True].estimate.converged)
     assert fits[True].worse_than == ()
 
 
 def test_a_model_that_fits_worse_than_its_special_case_has_no_result():
-    viscous, both = sorted(compared(), key=lambda each: each.dry_friction)
+    viscous, both = sorted(compared(), key=lambda each: each.is_dry)
     assert _is_worse(
         viscous.estimate, dataclasses.replace(both.estimate, rms=0.9 * viscous.estimate.rms)
     )

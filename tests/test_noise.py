@@ -29,7 +29,7 @@ def lines(errors: np.ndarray, speed: float = SPEED, **how) -> ij.Estimate:
     def one(values):
         recording = ij.Recording(jnp.asarray(TS), values, ij.Displacement())
         model = ij.ImpactOscillator(ij.FreeMass())
-        return ij.fit(model, recording, initial=ij.InitialState(0.2, speed), **how)
+        return ij.fit(ij.Experiment(model, recording, ij.InitialState(0.2, speed), **how))
 
     return jax.jit(jax.vmap(one))(jnp.asarray(X0 + speed * TS + errors))
 

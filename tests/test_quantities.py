@@ -92,8 +92,10 @@ def test_a_bouncing_ball_is_found_without_its_displacement(quantity):
     run = ij.simulate(truth, ij.InitialState(0.2), ts)
     values = quantity.value(truth, run)
     noise = 1e-4 * float(jnp.ptp(values)) * np.random.default_rng(2).standard_normal(801)
-    setup = ij.Setup("bouncing-ball", fixed={"x_dot0": 0.0})
-    (found,) = ij.compare(ij.Recording(ts, values + noise, quantity), setup, ["kelvin-voigt"])
+    recording = ij.Recording(ts, values + noise, quantity)
+    ball, known = ij.BouncingBall(), {"x_dot0": 0.0}
+    prepared = ij.prepare(recording, oscillator=ball, laws=["kelvin-voigt"], fixed=known)
+    (found,) = ij.compare(prepared)
     for name, value in (("omega0", 300.0), ("gamma", 0.1), ("x0", 0.2)):
         assert found.estimate.value(name) == pytest.approx(value, rel=0.01), name
         assert found.estimate.verdict(name) is ij.Verdict.IDENTIFIED
@@ -108,7 +110,7 @@ def test_units_of_acceleration_and_velocity(tmp_path):
         ("contact force [mN]", 1e-3, ij.ContactForce),
     ):
         path.write_text(f"time [s], {header}\n0, 1\n1, 3\n")
-        found = ij.read_recording(path).recording
+        found = ij.io.read_recording(path).recording
         assert isinstance(found, ij.Recording)
         assert isinstance(found.quantity, kind)
         np.testing.assert_allclose(found.values, np.array([1, 3]) * factor, rtol=1e-15)

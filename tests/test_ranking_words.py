@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from estimates import line, swing
+from estimates import line, swing, with_dry_friction
 from impactjax._compare.ranking import best_first, differences
 from impactjax._number_format import apart
 from impactjax._report.document import document
@@ -43,7 +43,7 @@ def law(name: str, aic: float, *, of: ij.Estimate, n: int = 400, freedom: float 
             jnp.asarray(0.01),
         ),
     )
-    return ij.Fitted(name, False, own, 0.0)
+    return ij.Fitted(name, own, 0.0)
 
 
 def ranking(*fits: ij.Fitted) -> str:
@@ -97,7 +97,7 @@ def test_a_criterion_that_does_not_exist_decides_nothing(n):
         assert "best" not in said
         assert f"too short to rank b: it counts as {n} independent" in said
         assert [row["behind"] for row in rows] == ["0.0", "–"]
-        found = document([("x", fits[i]) for i in order], 0, {})["fits"]
+        found = document([ij.Comparison("x", tuple(fits[i] for i in order))])["fits"]
         assert [fit["aic_behind"] for fit in found] == [0.0, None]
         assert found[1]["aicc"] is None
 
@@ -140,7 +140,7 @@ def missing(aic: float, dry: bool) -> ij.Fitted:
     """Free flight that leaves most of a slow motion."""
     ts = np.arange(400.0)
     values = np.sin(ts / 20)
-    fitted = law("none", aic, of=line()[1])
+    fitted = law("free flight", aic, of=line()[1])
     own = eqx.tree_at(
         lambda e: (e.problem.recording.values, e.residuals, e.rms, e.misfit),
         fitted.estimate,
@@ -151,7 +151,7 @@ def missing(aic: float, dry: bool) -> ij.Fitted:
             jnp.asarray(0.7),
         ),
     )
-    return ij.Fitted("none", dry, own, 0.0)
+    return ij.Fitted("free flight", with_dry_friction(own) if dry else own, 0.0)
 
 
 @pytest.mark.parametrize("ahead", [1.0, 500.0])
@@ -160,7 +160,7 @@ def test_nothing_is_said_to_describe_what_is_missed(ahead):
     assert any("70 % of its motion is left" in each for each in said)
     assert not any("friction describes" in each or "friction alone" in each for each in said)
     laws = [
-        each._replace(law=name)
+        each._replace(name=name)
         for name, each in zip("ab", (missing(0.0, True), missing(ahead, True)), strict=True)
     ]
     assert not any(
@@ -171,15 +171,15 @@ def test_nothing_is_said_to_describe_what_is_missed(ahead):
 def test_friction_follows_the_same_difference():
     narrow = line()[1]
     for ahead, freedom, says in ((60.0, None, "alone does not"), (60.0, 38.0, "gives no reason")):
-        dry = law("none", 0.0, of=narrow, freedom=freedom)._replace(dry_friction=True)
-        viscous = law("none", ahead, of=narrow, freedom=freedom)
+        dry = law("free flight", 0.0, of=with_dry_friction(narrow), freedom=freedom)
+        viscous = law("free flight", ahead, of=narrow, freedom=freedom)
         assert says in sentences([dry, viscous])[0]
 
 
 def test_laws_tried_with_and_without_friction_are_ranked_once():
     fits = [
-        law("none", 0.0, of=line()[1]),
-        law("none", 1.0, of=line()[1]),
+        law("free flight", 0.0, of=line()[1]),
+        law("free flight", 1.0, of=line()[1]),
         law("a", 50.0, of=line()[1]),
     ]
     fits[1] = fits[1]._replace(dry_friction=True)
@@ -190,7 +190,7 @@ def test_laws_tried_with_and_without_friction_are_ranked_once():
 
 @pytest.mark.parametrize(("times", "says"), [(0.3, False), (0.9, True), (1.1, True), (1.3, False)])
 def test_quantisation_is_said_to_be_all_only_where_it_is(times, says):
-    fitted = law("none", 0.0, of=line()[1])
+    fitted = law("free flight", 0.0, of=line()[1])
     own = eqx.tree_at(
         lambda e: (e.problem.system.sensor.quantisation, e.rms),
         fitted.estimate,

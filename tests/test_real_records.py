@@ -70,7 +70,9 @@ def test_a_clipped_landing_gives_bounds_and_no_nonsense(tmp_path):
 
 
 def test_read_recording_tells_what_was_left_out():
-    file = ij.read_recording(REAL / "phone_drop" / "fall_10_raw.csv", SIDECARS / "phone_drop.toml")
+    file = ij.io.read_recording(
+        REAL / "phone_drop" / "fall_10_raw.csv", SIDECARS / "phone_drop.toml"
+    )
     assert isinstance(file.recording, ij.Recording)
     assert int(file.recording.observations) == 1388 - 4
     assert file.notes == ("4 of 1388 samples are clipped and left out.",)

@@ -70,10 +70,12 @@ def test_an_impact_without_a_time_keeps_its_number(missed):
     times = 0.1 + 2 * speed / gravity * (1 - r ** np.arange(9)) / (1 - r)
     times[missed] = np.nan
     found = ij.fit(
-        ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.75))),
-        ij.ImpactTimes(times),
-        initial=ij.InitialState(0.0, 1.4),
-        simulation=SMALL,
+        ij.Experiment(
+            ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.75))),
+            ij.ImpactTimes(times),
+            ij.InitialState(0.0, 1.4),
+            simulation=SMALL,
+        )
     )
     np.testing.assert_allclose(found.value("r"), r, rtol=1e-7)
     assert bool(found.converged)
@@ -87,7 +89,7 @@ def test_nothing_that_counts_is_not_a_fit():
         recording = ij.Recording(TS, TS, ij.Displacement(), valid)
         start = ij.InitialState(0.0, 1.0)
         model = ij.ImpactOscillator(ij.FreeMass())
-        return ij.fit(model, recording, initial=start, simulation=SMALL).converged
+        return ij.fit(ij.Experiment(model, recording, start, simulation=SMALL)).converged
 
     assert bool(converged(jnp.ones(4, bool)))
     assert not bool(converged(jnp.zeros(4, bool)))
@@ -97,5 +99,5 @@ def test_the_whole_record_is_all_of_it():
     """To the last observation, however its time is rounded."""
     times = np.cumsum(np.random.default_rng(0).uniform(0.01, 1.0, (200, 25)), axis=1)
     for each in jnp.asarray(times):
-        assert ij.ImpactTimes(each).first(1.0).valid.all()
-        assert ij.Recording(each, each, ij.Angle()).first(1.0).valid.all()
+        assert ij.ImpactTimes(each).truncated(1.0).valid.all()
+        assert ij.Recording(each, each, ij.Angle()).truncated(1.0).valid.all()

@@ -20,7 +20,7 @@ def read(tmp_path, text, sidecar=None):
     path.write_text(text, encoding="utf-8")
     if sidecar is not None:
         path.with_suffix(".toml").write_text(sidecar, encoding="utf-8")
-    return ij.read_recording(path)
+    return ij.io.read_recording(path)
 
 
 def sampled(tmp_path, text, sidecar=None) -> ij.Recording:
@@ -172,7 +172,7 @@ def test_another_sidecar_can_be_named(tmp_path):
     (tmp_path / "record.csv").write_text("angle [rad]\n1\n2\n")
     other = tmp_path / "other.toml"
     other.write_text("[read]\nsample_rate = 2\n[fixed]\nlength = 0.07\n[truth]\nr = 0.5\n")
-    file = ij.read_recording(tmp_path / "record.csv", other)
+    file = ij.io.read_recording(tmp_path / "record.csv", other)
     assert file.sidecar.fixed == {"length": 0.07}
     assert file.sidecar_path == other
 

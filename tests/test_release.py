@@ -8,8 +8,6 @@ import pytest
 from scipy import integrate
 
 import impactjax as ij
-from impactjax._first_look.first_estimates import first_estimates
-from impactjax._first_look.hand_release import release
 from reference import simulate_rigid
 from tiers import quick
 
@@ -46,8 +44,8 @@ def found(
 ) -> float | None:
     noisy = values + noise * np.random.default_rng(8).standard_normal(len(ts))
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(noisy), quantity)
-    seen = first_estimates(recording, oscillator or ij.Pendulum(10.0, length=0.07))
-    free = release(recording, seen)
+    look = recording.first_look(oscillator or ij.Pendulum(10.0, length=0.07))
+    free = recording.free_part(look)
     assert free is None or free[1] == pytest.approx(ts[-1])
     return None if free is None else free[0]
 
@@ -99,10 +97,10 @@ def test_an_accelerometer_shows_fall_and_landing():
     felt = np.where(ts < 2.0, 9.8, np.where(ts < 2.6, 0.3, 9.8))
     felt[520:530], felt[530:540] = 150.0, 1.0
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(felt), ij.ProperAcceleration())
-    free = release(recording, first_estimates(recording, ij.BouncingBall()))
+    free = recording.free_part(recording.first_look(ij.BouncingBall()))
     assert free == pytest.approx((2.0, 2.65 + 0.055))
     falling = recording.between(2.0, 2.706)
-    assert release(falling, first_estimates(falling, ij.BouncingBall())) is None
+    assert falling.free_part(falling.first_look(ij.BouncingBall())) is None
     assert falling.ts.shape == (142,)
 
 
@@ -129,10 +127,10 @@ def test_a_gap_in_a_record_is_no_hand():
     recording = ij.Recording(
         jnp.asarray(TS[:1600]), jnp.asarray(values), ij.Angle(), jnp.asarray(~valid)
     )
-    assert release(recording, first_estimates(recording, ij.Pendulum(10.0, length=0.07))) is None
+    assert recording.free_part(recording.first_look(ij.Pendulum(10.0, length=0.07))) is None
 
 
 def test_impact_times_and_short_records_have_no_hand():
     times = ij.ImpactTimes(jnp.array([0.1, 0.5, 0.8, 1.0]))
-    assert release(times, first_estimates(times, ij.BouncingBall())) is None
+    assert times.free_part(times.first_look(ij.BouncingBall())) is None
     assert found(TS[:20], fall(TS[:20], [1.0, 0.0]), 0.0) is None

@@ -19,7 +19,8 @@ FREE = ij.ImpactOscillator(ij.LinearOscillator(5.1, 0.01))
 
 
 def fitted(model=FREE, **arguments):
-    return ij.fit(model, SWING, initial=ij.InitialState(0.9), simulation=SMALL, **arguments)
+    start = ij.InitialState(0.9)
+    return ij.fit(ij.Experiment(model, SWING, start, simulation=SMALL, **arguments))
 
 
 def test_values_of_fixed_parameters_are_taken():
@@ -100,32 +101,21 @@ def test_wrong_requests_of_a_fit_are_refused(arguments, words):
 
 
 @pytest.mark.parametrize(
-    ("oscillator", "law", "said", "words"),
+    ("said", "words"),
     [
-        ("pendulums", "restitution", {}, "no oscillator `pendulums`; there are pendulum, "),
-        ("pendulum", "restitutions", {}, "no law `restitutions`; there are none, restitution, "),
-        ("linear-oscillator", "none", {"fixed": {"zetta": 0.1}}, "did you mean `zeta`"),
-        ("linear-oscillator", "none", {"start": {"omgea_n": 5.0}}, "did you mean `omega_n`"),
-        ("linear-oscillator", "none", {"free": ("masse",)}, "did you mean `mass`"),
-        ("bouncing-ball", "none", {"fixed": {"zeta": 0.1}}, "no parameter `zeta`"),
-        ("linear-oscillator", "none", {"start": {"zeta": -1.0}}, "`zeta` must be .* it is -1"),
-        (
-            "linear-oscillator",
-            "none",
-            {"fixed": {"mass": 1.0}, "free": ("mass",)},
-            "`mass` is in both `free` and `fixed`",
-        ),
-        (
-            "linear-oscillator",
-            "none",
-            {"fixed": {"dry_friction": 0.1}, "dry_friction": False},
-            "speaks of `dry_friction`, and says that there is none",
-        ),
+        ({"laws": ["restitutions"]}, "no law `restitutions`; there are none, restitution, "),
+        ({"fixed": {"zetta": 0.1}}, "did you mean `zeta`"),
+        ({"start": {"omgea_n": 5.0}}, "did you mean `omega_n`"),
+        ({"free": ("masse",)}, "did you mean `mass`"),
+        ({"oscillator": ij.BouncingBall(), "fixed": {"zeta": 0.1}}, "no parameter `zeta`"),
+        ({"oscillator": ij.Pendulum(5.0)}, "record of displacement does not suit a Pendulum"),
+        ({"start": {"zeta": -1.0}}, "`zeta` must be .* it is -1"),
+        ({"fixed": {"mass": 1.0}, "free": ("mass",)}, "`mass` is in both `free` and `fixed`"),
     ],
 )
-def test_wrong_setups_are_refused(oscillator, law, said, words):
+def test_wrong_preparations_are_refused(said, words):
     with pytest.raises(ValueError, match=words):
-        ij.compare(SWING, ij.Setup(oscillator, **said), [law])
+        ij.prepare(SWING, **{"laws": ["none"], **said})
 
 
 def test_names_given_to_information_are_lists():

@@ -101,7 +101,7 @@ def test_masked_residuals_are_judged_by_those_that_count(kept):
         whole = leaving(left)
         counts = jnp.arange(COUNT) < kept
         masked = eqx.tree_at(lambda e: e.problem.recording.valid, whole, counts)
-        found.append(ij.residuality(masked))
+        found.append(ij.residual_diagnostics(masked))
         assert np.isfinite(found[-1].correlated)
     assert sum(bool(each.independent) for each in found) >= 39
 

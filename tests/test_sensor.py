@@ -19,7 +19,9 @@ LINE = ij.ImpactOscillator(ij.FreeMass())
 def fit_line(values, valid=None, sensor=None, free=()):
     recording = ij.Recording(jnp.asarray(TS), jnp.asarray(values), ij.Displacement(), valid)
     return ij.fit(
-        LINE, recording, initial=ij.InitialState(0.0), sensor=sensor, free=free, simulation=SMALL
+        ij.Experiment(
+            LINE, recording, ij.InitialState(0.0), sensor=sensor, free=free, simulation=SMALL
+        )
     )
 
 
@@ -113,7 +115,7 @@ def test_what_makes_no_sense_is_refused(make, words):
 @pytest.mark.parametrize(("sigma", "said"), [(0.01, True), (0.05, False)])
 def test_a_residual_beyond_the_noise_is_said(sigma, said):
     found = fit_line(line()[0], sensor=ij.Sensor(sigma=sigma))
-    sentences_said = " ".join(sentences([ij.Fitted("none", False, found, 0.0)]))
+    sentences_said = " ".join(sentences([ij.Fitted("free flight", found, 0.0)]))
     assert ("times the noise that the sensor is said to have" in sentences_said) == said
 
 
@@ -123,7 +125,7 @@ def test_a_residual_of_nothing_but_steps_is_said(step, said):
     t = np.asarray(TS)
     values = np.round((0.3 + 0.7 * t) / step) * step + (0.0 if said else line()[0] - 0.3 - 0.7 * t)
     found = fit_line(values, sensor=ij.Sensor(quantisation=step))
-    sentences_said = " ".join(sentences([ij.Fitted("none", False, found, 0.0)]))
+    sentences_said = " ".join(sentences([ij.Fitted("free flight", found, 0.0)]))
     assert ("quantisation alone" in sentences_said) == said
 
 
@@ -134,12 +136,14 @@ def test_offset_and_drift_are_fitted_if_free():
     run = ij.simulate(model, ij.InitialState(0.3), ts)
     recording = ij.Recording(ts, 1.5 * run.position + 0.02 - 0.01 * ts, ij.Displacement())
     found = ij.fit(
-        ij.ImpactOscillator(ij.LinearOscillator(5.8, 0.04)),
-        recording,
-        initial=ij.InitialState(0.3),
-        fixed=("x0", "x_dot0"),
-        free=("gain", "offset", "drift"),
-        simulation=SMALL,
+        ij.Experiment(
+            ij.ImpactOscillator(ij.LinearOscillator(5.8, 0.04)),
+            recording,
+            ij.InitialState(0.3),
+            fixed=("x0", "x_dot0"),
+            free=("gain", "offset", "drift"),
+            simulation=SMALL,
+        )
     )
     assert found.names == ("omega_n", "zeta", "gain", "offset", "drift")
     assert found.units == ("rad/s", "1", "1", "m", "m/s")
@@ -152,10 +156,12 @@ def test_missed_impacts_keep_their_number():
     valid = np.arange(9) != 4
     wrong = np.where(valid, times, times + 0.01)
     found = ij.fit(
-        ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.75))),
-        ij.ImpactTimes(jnp.asarray(wrong), jnp.asarray(valid)),
-        initial=ij.InitialState(0.0, 1.4),
-        simulation=SMALL,
+        ij.Experiment(
+            ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.75))),
+            ij.ImpactTimes(jnp.asarray(wrong), jnp.asarray(valid)),
+            ij.InitialState(0.0, 1.4),
+            simulation=SMALL,
+        )
     )
     np.testing.assert_allclose(found.value("r"), r, rtol=1e-7)
     np.testing.assert_allclose(found.value("x_dot0"), speed, rtol=1e-7)

@@ -10,7 +10,7 @@ import pytest
 
 import impactjax as ij
 from impactjax._compare.laws import LAWS, USUAL_LAWS
-from impactjax._first_look.first_estimates import FirstEstimates
+from impactjax._first_look.first_look import FirstLook
 from tiers import thorough
 
 MASS, CONTACT = 0.02, 700.0
@@ -31,7 +31,7 @@ INTEGRATED = ["pust-peterka", "hertz-dashpot", "power-law"]
 def seen(r, slope=0.0):
     pendulum = ij.Pendulum(13.0, mass=MASS)
     ratios = r - slope * (SPEEDS - np.median(SPEEDS))
-    return FirstEstimates(pendulum, ij.InitialState(0.7), SPEEDS, ratios, CONTACT, False)
+    return FirstLook(pendulum, ij.InitialState(0.7), SPEEDS, ratios, CONTACT, False)
 
 
 def start(name, guess) -> Any:

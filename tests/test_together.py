@@ -1,5 +1,6 @@
 """Several recordings in one estimate, against linear regression in closed form."""
 
+import dataclasses
 import functools
 
 import jax
@@ -100,7 +101,9 @@ def test_unknown_sizes_of_noise_are_found_with_the_fit():
 
 def test_prior_knowledge_counts_as_a_measurement():
     prior = ij.Normal(0.72, 0.01)
-    joint = ij.fit_together(experiments(True), shared=("x_dot0",), priors={"x_dot0": prior})
+    first, second = experiments(True)
+    first = dataclasses.replace(first, priors={"x_dot0": prior})
+    joint = ij.fit_together([first, second], shared=("x_dot0",))
     expected, covariance = regression(SIGMAS, (0.72, 0.01))
     np.testing.assert_allclose(joint.values, expected, rtol=1e-9)
     np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-9)
@@ -129,11 +132,11 @@ def test_the_profile_of_a_joint_linear_problem_is_its_interval():
 @pytest.mark.parametrize(
     "use",
     [
-        ij.residuality,
+        ij.residual_diagnostics,
         lambda joint: joint.system,
-        lambda joint: document([("two", ij.Fitted("none", False, joint, 1.0))], 0, {}),
-        lambda joint: ij.plot_fit(plt.figure().add_subplot(), joint),
-        lambda joint: ij.plot_starts(plt.figure().add_subplot(), joint),
+        lambda joint: document([ij.Comparison("two", (ij.Fitted("free flight", joint, 1.0),))]),
+        lambda joint: ij.plot.fit(plt.figure().add_subplot(), joint),
+        lambda joint: ij.plot.starts(plt.figure().add_subplot(), joint),
     ],
 )
 def test_what_is_of_one_recording_asks_for_one(use):
@@ -145,7 +148,9 @@ def test_what_is_of_one_recording_asks_for_one(use):
 def test_many_joint_fits_in_one_call():
     def slope(first, second):
         posed = [
-            each._replace(recording=ij.Recording(jnp.asarray(ts), own, ij.Displacement()))
+            dataclasses.replace(
+                each, recording=ij.Recording(jnp.asarray(ts), own, ij.Displacement())
+            )
             for each, ts, own in zip(experiments(True), TIMES, (first, second), strict=True)
         ]
         return ij.fit_together(posed, shared=("x_dot0",)).value("x_dot0")
@@ -160,12 +165,14 @@ def test_a_tied_parameter_follows():
     """A mass that starts so fast that it is at twice its first place after a second."""
     recording = experiments(True)[0].recording
     estimate = ij.fit(
-        LINE,
-        recording,
-        initial=ij.InitialState(0.1),
-        fixed=("r",),
-        ties={"x_dot0": lambda at: 2 * at["x0"]},
-        simulation=QUICK,
+        ij.Experiment(
+            LINE,
+            recording,
+            ij.InitialState(0.1),
+            fixed=("r",),
+            ties={"x_dot0": lambda at: 2 * at["x0"]},
+            simulation=QUICK,
+        )
     )
     shape = 1 + 2 * TIMES[0]
     assert estimate.names == ("x0",)

@@ -7,6 +7,8 @@ parameters with intervals that keep their promise; learn which of them a record 
 import sys
 import typing
 
+from impactjax import io as io
+from impactjax import plot as plot
 from impactjax._analytic.exact_flight import ExactFlight as ExactFlight
 from impactjax._analytic.flight import AbstractFlight as AbstractFlight
 from impactjax._analytic.multiple_scales import MultipleScales as MultipleScales
@@ -15,9 +17,13 @@ from impactjax._analytic.piecewise import PiecewiseAnalytical as PiecewiseAnalyt
 from impactjax._analytic.piecewise import piecewise_analytical as piecewise_analytical
 from impactjax._analytic.successive_peaks import Rebound as Rebound
 from impactjax._analytic.successive_peaks import successive_peaks as successive_peaks
+from impactjax._compare.compare import Comparison as Comparison
 from impactjax._compare.compare import Fitted as Fitted
-from impactjax._compare.compare import Setup as Setup
 from impactjax._compare.compare import compare as compare
+from impactjax._compare.laws import *  # noqa: F403  all contact laws, which that file lists
+from impactjax._compare.oscillators import OSCILLATORS as OSCILLATORS
+from impactjax._compare.prepare import Prepared as Prepared
+from impactjax._compare.prepare import prepare as prepare
 from impactjax._fit.bootstrap import Bootstrap as Bootstrap
 from impactjax._fit.bootstrap import bootstrap as bootstrap
 from impactjax._fit.estimate import Estimate as Estimate
@@ -33,8 +39,8 @@ from impactjax._identify.directions import Directions as Directions
 from impactjax._identify.identifiability import identifiability as identifiability
 from impactjax._identify.information import Information as Information
 from impactjax._identify.information import information as information
-from impactjax._identify.residual_diagnostics import Residuality as Residuality
-from impactjax._identify.residual_diagnostics import residuality as residuality
+from impactjax._identify.residual_diagnostics import ResidualDiagnostics as ResidualDiagnostics
+from impactjax._identify.residual_diagnostics import residual_diagnostics as residual_diagnostics
 from impactjax._identify.restitution_band import restitution_band as restitution_band
 from impactjax._identify.words import Finding as Finding
 from impactjax._identify.words import coupling as coupling
@@ -46,40 +52,25 @@ from impactjax._model.equilibrium import Hanging as Hanging
 from impactjax._model.equilibrium import Inverted as Inverted
 from impactjax._model.equivalents import Equivalents as Equivalents
 from impactjax._model.free_mass import FreeMass as FreeMass
-from impactjax._model.hertz import Hertz as Hertz
-from impactjax._model.hertz_dashpot import HertzDashpot as HertzDashpot
-from impactjax._model.hunt_crossley import HuntCrossley as HuntCrossley
 from impactjax._model.impact_oscillator import ImpactOscillator as ImpactOscillator
 from impactjax._model.initial_state import InitialState as InitialState
-from impactjax._model.kelvin_voigt import KelvinVoigt as KelvinVoigt
-from impactjax._model.kelvin_voigt_linear_restitution import (
-    KelvinVoigtLinearRestitution as KelvinVoigtLinearRestitution,
-)
 from impactjax._model.law import AbstractForceLaw as AbstractForceLaw
 from impactjax._model.law import AbstractImpactLaw as AbstractImpactLaw
 from impactjax._model.law import AbstractMemorylessLaw as AbstractMemorylessLaw
 from impactjax._model.learned_restitution import LearnedRestitution as LearnedRestitution
 from impactjax._model.linear_oscillator import LinearOscillator as LinearOscillator
-from impactjax._model.linear_restitution import LinearRestitution as LinearRestitution
-from impactjax._model.maxwell import Maxwell as Maxwell
 from impactjax._model.oscillator import AbstractOscillator as AbstractOscillator
 from impactjax._model.pendulum import Pendulum as Pendulum
-from impactjax._model.power_law import PowerLaw as PowerLaw
-from impactjax._model.power_restitution import PowerRestitution as PowerRestitution
-from impactjax._model.pust_peterka import PustPeterka as PustPeterka
-from impactjax._model.restitution import Restitution as Restitution
 from impactjax._model.separation import AbstractSeparation as AbstractSeparation
 from impactjax._model.separation import AtZeroForce as AtZeroForce
 from impactjax._model.separation import AtZeroPenetration as AtZeroPenetration
-from impactjax._model.simon import Simon as Simon
 from impactjax._model.stop import Stop as Stop
-from impactjax._model.walton import Walton as Walton
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt as LevenbergMarquardt
 from impactjax._parameter import as_optional_parameter as as_optional_parameter
 from impactjax._parameter import as_parameter as as_parameter
 from impactjax._parameter import parameter as parameter
+from impactjax._problem.build_problem import build_problem as build_problem
 from impactjax._problem.experiment import Experiment as Experiment
-from impactjax._problem.joint_problem import Normal as Normal
 from impactjax._problem.loss import AbstractLoss as AbstractLoss
 from impactjax._problem.loss import Cauchy as Cauchy
 from impactjax._problem.loss import SoftL1 as SoftL1
@@ -88,25 +79,11 @@ from impactjax._problem.loss import StudentT as StudentT
 from impactjax._problem.noise import AbstractNoise as AbstractNoise
 from impactjax._problem.noise import AutoregressiveNoise as AutoregressiveNoise
 from impactjax._problem.noise import WhiteNoise as WhiteNoise
-from impactjax._problem.problem import Simulation as Simulation
-from impactjax._record.file_error import FileError as FileError
-from impactjax._record.read_recording import read_recording as read_recording
-from impactjax._record.recording import ImpactTimes as ImpactTimes
+from impactjax._problem.prior import Normal as Normal
+from impactjax._problem.problem import Problem as Problem
+from impactjax._record.abstract_recording import AbstractRecording as AbstractRecording
+from impactjax._record.impact_times import ImpactTimes as ImpactTimes
 from impactjax._record.recording import Recording as Recording
-from impactjax._report.coupling_figures import plot_correlation as plot_correlation
-from impactjax._report.coupling_figures import plot_directions as plot_directions
-from impactjax._report.coupling_figures import plot_sensitivities as plot_sensitivities
-from impactjax._report.fit_figures import plot_fit as plot_fit
-from impactjax._report.fit_figures import plot_residuals as plot_residuals
-from impactjax._report.residual_figures import plot_autocorrelation as plot_autocorrelation
-from impactjax._report.residual_figures import plot_impact_residuals as plot_impact_residuals
-from impactjax._report.residual_figures import plot_quantiles as plot_quantiles
-from impactjax._report.restitution_figure import (
-    plot_learned_restitution as plot_learned_restitution,
-)
-from impactjax._report.restitution_figure import plot_restitution as plot_restitution
-from impactjax._report.search_figures import plot_first_estimates as plot_first_estimates
-from impactjax._report.search_figures import plot_starts as plot_starts
 from impactjax._results import RESULTS as RESULTS
 from impactjax._sensor.impulse_response import ImpulseResponse as ImpulseResponse
 from impactjax._sensor.low_pass import AbstractLowPass as AbstractLowPass
@@ -130,6 +107,7 @@ from impactjax._simulate.impact_log import ImpactLog as ImpactLog
 from impactjax._simulate.rest_log import RestLog as RestLog
 from impactjax._simulate.runge_kutta import RungeKutta as RungeKutta
 from impactjax._simulate.simulate import simulate as simulate
+from impactjax._simulate.simulation import Simulation as Simulation
 from impactjax._simulate.single_impact import single_impact as single_impact
 from impactjax._simulate.step import AbstractStep as AbstractStep
 from impactjax._simulate.taylor import NotAnalytic as NotAnalytic

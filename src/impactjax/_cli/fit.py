@@ -2,7 +2,6 @@
 
 import contextlib
 import dataclasses
-import json
 import os
 import shlex
 import sys
@@ -20,25 +19,26 @@ from rich.table import Table
 
 from impactjax._cli.compiler_flags import compiled_programs
 from impactjax._cli.refusal import Refusal, check_names
-from impactjax._cli.setup import Task, task_of
 from impactjax._cli.trace_cache import kept
-from impactjax._compare.compare import Fitted, compare_by
+from impactjax._compare.compare import Comparison, compare_by
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._compare.prepare import Prepared, prepare
 from impactjax._compare.ranking import rejected
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.evaluation import evaluate
 from impactjax._fit.search import Search
+from impactjax._fit.starts import Starts
 from impactjax._known import known
+from impactjax._model.oscillator import AbstractOscillator
 from impactjax._number_format import interval, with_unit
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import read_recording
-from impactjax._report.document import document
 from impactjax._report.given import given
-from impactjax._report.page import page
 from impactjax._report.rows import verdict_of
-from impactjax._report.units import shown_unit
 from impactjax._report.words import sentences
+from impactjax._report.write import check_absent, report_files, report_texts, write_texts
 
 _WIDTH = 120  # of a table that is not on a terminal
 _MOST_AT_ONCE = 4  # laws: a gigabyte each while they compile
@@ -83,43 +83,56 @@ def fit_command(
     """  # noqa: D301  Click knows the backspace as "do not wrap"
     try:
         check_names(laws or [], system)
+        oscillator = None if system is None else OSCILLATORS[system]()
         once = dict.fromkeys(recordings)
-        tasks = [task_of(read_recording(path, sidecar), system, laws) for path in once]
+        prepared = [_prepared(path, sidecar, oscillator, laws) for path in once]
         targets = _targets(out, force)
-        fits = _fitted(tasks, seed)
+        comparisons = _compared(prepared, seed)
     except (FileError, Refusal) as error:
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
-    notes = {str(task.path): task.notes for task in tasks}
-    written: list[tuple[Path, str]] = []
-    if targets is not None:  # all is made before anything is written or said
-        command = shlex.join(["impactjax", *sys.argv[1:]])
-        texts = json.dumps(document(fits, seed, notes), indent=2) + "\n"
-        written = [*zip(targets, (texts, page(fits, command, seed, notes)), strict=True)]
-    for name in dict.fromkeys(name for name, _ in fits):
-        own = [fitted for recording, fitted in fits if recording == name]
-        _print(name, own, notes[name])
-    if written:
+    texts: tuple[str, ...] = ()
+    if targets:  # all is made before anything is written or said
+        texts = report_texts(comparisons, shlex.join(["impactjax", *sys.argv[1:]]))
+    for comparison in comparisons:
+        _print(comparison)
+    if targets:
         try:
-            for path, text in written:
-                write(path, text, force)
+            write_texts(targets, texts, force)
         except FileExistsError as error:
             typer.echo(f"impactjax: {error.filename} exists by now; use another --out.", err=True)
             raise typer.Exit(2) from error
         except OSError as error:
             typer.echo(f"impactjax: {out} cannot be written to ({error.strerror}).", err=True)
             raise typer.Exit(2) from error
-        typer.echo(f"Written: {', '.join(str(path) for path, _ in written)}")
+        typer.echo(f"Written: {', '.join(str(path) for path in targets)}")
 
 
-def _targets(out: Path | None, force: bool) -> tuple[Path, Path] | None:
+def _prepared(
+    path: Path,
+    sidecar: Path | None,
+    oscillator: AbstractOscillator | None,
+    laws: Sequence[str] | None,
+) -> Prepared:
+    try:
+        return prepare(read_recording(path, sidecar), oscillator=oscillator, laws=laws)
+    except FileError:
+        raise
+    except ValueError as error:
+        raise Refusal(f"{path}: {error}") from error
+
+
+def _targets(out: Path | None, force: bool) -> tuple[Path, ...]:
     """The files to write, none of which may exist, in a folder that is made if it does not."""
     if out is None:
-        return None
-    targets = out / "fit.json", out / "report.html"
-    for target in targets:
-        if os.path.lexists(target) and not force:
-            raise Refusal(f"{target} exists; use --force to overwrite it, or another --out.")
+        return ()
+    targets = report_files(out)
+    try:
+        check_absent(targets, force)
+    except FileExistsError as error:
+        path = error.filename
+        refusal = f"{path} exists; use --force to overwrite it, or another --out."
+        raise Refusal(refusal) from error
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -129,36 +142,29 @@ def _targets(out: Path | None, force: bool) -> tuple[Path, Path] | None:
     return targets
 
 
-def write(path: Path, text: str, force: bool) -> None:
-    """Nothing is overwritten that came to be while the fits ran."""
-    with path.open("w" if force else "x", encoding="utf-8") as file:
-        file.write(text)
-
-
-def _fitted(tasks: Sequence[Task], seed: int) -> list[tuple[str, Fitted]]:
-    fits = []
+def _compared(prepared: Sequence[Prepared], seed: int) -> list[Comparison]:
     folder = compiled_programs()
     search = Search() if folder is None else Search(kept(evaluate, folder / "traced"))
+    starts, optimiser, comparisons = Starts(16, seed), LevenbergMarquardt(), []
     console = Console(stderr=True)
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
     with progress as bar, _at_once() as pool:
         display = bar.add_task("", total=None)
-        for task in tasks:
-            path, begun = task.path, list[str]()
+        for each in prepared:
+            begun = list[str]()
 
-            def tell(what: str, path: Path = path, begun: list[str] = begun) -> None:
+            def tell(what: str, name: str = Path(each.name).name, begun: list[str] = begun) -> None:
                 begun.append(what)
-                bar.update(display, description=f"{escape(path.name)}: {'; '.join(begun)}")
+                bar.update(display, description=f"{escape(name)}: {'; '.join(begun)}")
 
             try:
-                found = compare_by(
-                    search, task.recording, task.setup, task.laws, seed, tell, pool.map
-                )
+                found = compare_by(search, each, starts, optimiser, tell, pool.map)
             except ValueError as error:
-                raise Refusal(f"{path}: {error}") from error
-            fits += [(str(path), fitted) for fitted in found]
-    return [(name, fitted._replace(estimate=_known(fitted.estimate))) for name, fitted in fits]
+                raise Refusal(f"{each.name}: {error}") from error
+            fits = tuple(fit._replace(estimate=_known(fit.estimate)) for fit in found)
+            comparisons.append(dataclasses.replace(found, fits=fits))
+    return comparisons
 
 
 def _known(estimate: Estimate) -> Estimate:
@@ -178,10 +184,10 @@ def _at_once() -> Iterator[ThreadPoolExecutor]:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:
-    console = Console()
-    unit, factor = shown_unit(fits[0].estimate.problem.recording)
-    table = Table(title=escape(name), title_justify="left", title_style="bold")
+def _print(comparison: Comparison) -> None:
+    console, fits = Console(), comparison.fits
+    unit, factor = comparison.best.estimate.problem.recording.shown
+    table = Table(title=escape(comparison.name), title_justify="left", title_style="bold")
     for heading in (
         "law",
         "rms",
@@ -194,14 +200,13 @@ def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:
     ruled_out = rejected([fitted.estimate for fitted in fits])
     for fitted, out in zip(fits, ruled_out, strict=True):
         estimate = fitted.estimate
-        law = f"{fitted.law} + dry friction" if fitted.dry_friction else fitted.law
         rms, known = f"{float(estimate.rms) * factor:.4g} {unit}", given(fitted)
         for i, parameter in enumerate(estimate.names):
             error = float(estimate.standard_errors[i])
             value = estimate.quoted(parameter)
             own = "" if estimate.units[i] == "1" else f" {estimate.units[i]}"
             table.add_row(
-                law if i == 0 else "",
+                fitted.name if i == 0 else "",
                 rms if i == 0 else "",
                 parameter,
                 value + own,
@@ -217,6 +222,6 @@ def _print(name: str, fits: Sequence[Fitted], notes: Sequence[str]) -> None:
     console.print(table)
     if not console.is_terminal:
         console.width = _WIDTH
-    for sentence in (*notes, *sentences(fits)):
+    for sentence in (*comparison.notes, *sentences(fits)):
         console.print(f"- {sentence}", highlight=False, markup=False)
     console.print()

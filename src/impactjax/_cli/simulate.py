@@ -11,12 +11,13 @@ import typer
 
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._compare.laws import LAWS, NO_LAW
-from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._compare.oscillators import OSCILLATORS, with_known
 from impactjax._compare.typical_systems import parameters, typical_system
 from impactjax._parameter import Range
-from impactjax._problem.parameters import System, replaced
+from impactjax._problem.parameters import replaced
 from impactjax._results import RESULTS
 from impactjax._sensor.quantity import QUANTITIES
+from impactjax._sensor.system import System
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.trajectory import Trajectory
 
@@ -85,10 +86,11 @@ def _check_sizes(duration: float, rate: float, noise: float) -> None:
 
 def _system(law: str, oscillator: str, settings: list[str]) -> System:
     """The system with typical values, and those that were set."""
-    known = parameters(oscillator, [law])
+    kind = OSCILLATORS[oscillator]()
+    known = parameters(kind, [law])
     del known["t0"]  # samples start at zero
     values = dict(_setting(text, known) for text in settings)
-    typical = typical_system(oscillator, law, values, "dry_friction" in values)
+    typical = typical_system(with_known(kind, values), law)
     changed = replaced(typical, tuple(values), tuple(values.values())) if values else typical
     for requirement in changed.model.requirements():
         if not bool(requirement.holds):

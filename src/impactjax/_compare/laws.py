@@ -1,4 +1,4 @@
-"""The contact laws by the names of the command line, each with where a search starts.
+"""Table of contact laws by the names of the command line, each with where a search starts.
 
 A search starts from a law that has the restitution that was seen at the speed that was seen, and a
 contact that lasts about as long as a few samples.
@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from scipy import special
 
-from impactjax._first_look.first_estimates import FirstEstimates
+from impactjax._first_look.first_look import FirstLook
 from impactjax._model.hertz import Hertz
 from impactjax._model.hertz_dashpot import HertzDashpot
 from impactjax._model.hunt_crossley import HuntCrossley
@@ -25,64 +25,81 @@ from impactjax._model.restitution import Restitution
 from impactjax._model.simon import Simon
 from impactjax._model.walton import Walton
 
+__all__ = [
+    "LAWS",
+    "Hertz",
+    "HertzDashpot",
+    "HuntCrossley",
+    "KelvinVoigt",
+    "KelvinVoigtLinearRestitution",
+    "LinearRestitution",
+    "Maxwell",
+    "PowerLaw",
+    "PowerRestitution",
+    "PustPeterka",
+    "Restitution",
+    "Simon",
+    "Walton",
+]
+
 NO_LAW = "none"  # free flight
 
 
-def _kelvin_voigt(seen: FirstEstimates) -> KelvinVoigt:
-    return KelvinVoigt.from_restitution(seen.contact_frequency, seen.restitution)
+def _kelvin_voigt(look: FirstLook) -> KelvinVoigt:
+    return KelvinVoigt.from_restitution(look.contact_frequency, look.restitution)
 
 
-def _stiffness(seen: FirstEstimates, n: float) -> float:
+def _stiffness(look: FirstLook, n: float) -> float:
     """Stiffness of a spring k δⁿ whose contact, without damping, lasts as long as was guessed."""
-    m, v = float(seen.oscillator.mass), seen.speed
-    duration = math.pi / seen.contact_frequency
+    m, v = float(look.oscillator.mass), look.speed
+    duration = math.pi / look.contact_frequency
     deepest = (n + 1) * v * duration / (2 * special.beta(1 / 2, 1 / (n + 1)))
     return (n + 1) * m * v**2 / (2 * deepest ** (n + 1))
 
 
-def _walton(seen: FirstEstimates) -> Walton:
-    return Walton.from_restitution(_stiffness(seen, 1.0), seen.restitution, seen.speed)
+def _walton(look: FirstLook) -> Walton:
+    return Walton.from_restitution(_stiffness(look, 1.0), look.restitution, look.speed)
 
 
-def _simon(seen: FirstEstimates) -> Simon:
-    return Simon.from_restitution(_stiffness(seen, 1.5), seen.restitution, seen.speed)
+def _simon(look: FirstLook) -> Simon:
+    return Simon.from_restitution(_stiffness(look, 1.5), look.restitution, look.speed)
 
 
-def _hunt_crossley(seen: FirstEstimates) -> HuntCrossley:
-    return HuntCrossley.from_restitution(_stiffness(seen, 1.5), seen.restitution, seen.speed)
+def _hunt_crossley(look: FirstLook) -> HuntCrossley:
+    return HuntCrossley.from_restitution(_stiffness(look, 1.5), look.restitution, look.speed)
 
 
-def _pust_peterka(seen: FirstEstimates) -> PustPeterka:
+def _pust_peterka(look: FirstLook) -> PustPeterka:
     """With q = 1, where it is Simon's."""
-    simon = _simon(seen)
+    simon = _simon(look)
     return PustPeterka(simon.k, simon.c)
 
 
-def _hertz_dashpot(seen: FirstEstimates) -> HertzDashpot:
+def _hertz_dashpot(look: FirstLook) -> HertzDashpot:
     """With the dashpot of Kelvin-Voigt."""
-    linear = _kelvin_voigt(seen)
+    linear = _kelvin_voigt(look)
     return HertzDashpot(
-        _stiffness(seen, 1.5), 2 * linear.gamma * linear.omega0 * seen.oscillator.mass
+        _stiffness(look, 1.5), 2 * linear.gamma * linear.omega0 * look.oscillator.mass
     )
 
 
-def _power_law(seen: FirstEstimates) -> PowerLaw:
+def _power_law(look: FirstLook) -> PowerLaw:
     """Tsuji's, whose restitution is the same at every speed: c = √5 γ √(m k)."""
-    k, gamma = _stiffness(seen, 1.5), _kelvin_voigt(seen).gamma
-    return PowerLaw(k, gamma * math.sqrt(5 * k * float(seen.oscillator.mass)), 1.5, 0.25, 1.0)
+    k, gamma = _stiffness(look, 1.5), _kelvin_voigt(look).gamma
+    return PowerLaw(k, gamma * math.sqrt(5 * k * float(look.oscillator.mass)), 1.5, 0.25, 1.0)
 
 
-LAWS: dict[str, Callable[[FirstEstimates], AbstractLaw]] = {
-    "restitution": lambda seen: Restitution(seen.restitution),
-    "linear-restitution": lambda seen: LinearRestitution(*seen.restitution_line),
-    "power-restitution": lambda seen: PowerRestitution(*seen.restitution_power),
+LAWS: dict[str, Callable[[FirstLook], AbstractLaw]] = {
+    "restitution": lambda look: Restitution(look.restitution),
+    "linear-restitution": lambda look: LinearRestitution(*look.restitution_line),
+    "power-restitution": lambda look: PowerRestitution(*look.restitution_power),
     "kelvin-voigt": _kelvin_voigt,
-    "kelvin-voigt-linear-restitution": lambda seen: KelvinVoigtLinearRestitution(
-        seen.contact_frequency, *seen.restitution_line
+    "kelvin-voigt-linear-restitution": lambda look: KelvinVoigtLinearRestitution(
+        look.contact_frequency, *look.restitution_line
     ),
-    "maxwell": lambda seen: Maxwell.from_restitution(seen.contact_frequency, seen.restitution),
+    "maxwell": lambda look: Maxwell.from_restitution(look.contact_frequency, look.restitution),
     "walton": _walton,
-    "hertz": lambda seen: Hertz(_stiffness(seen, 1.5)),
+    "hertz": lambda look: Hertz(_stiffness(look, 1.5)),
     "simon": _simon,
     "hunt-crossley": _hunt_crossley,
     "pust-peterka": _pust_peterka,

@@ -1,4 +1,4 @@
-"""Laws that contain others as special cases, and where their searches start from those' answers."""
+"""Models that contain others as special cases, and searches that start from those' answers."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -6,9 +6,24 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from impactjax._compare.laws import NO_LAW
+from impactjax._compare.oscillators import DRY_FRICTION, is_dry
 from impactjax._fit.estimate import Estimate
 from impactjax._known import AnyArray
+from impactjax._model.hertz import Hertz
+from impactjax._model.hertz_dashpot import HertzDashpot
+from impactjax._model.hunt_crossley import HuntCrossley
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.kelvin_voigt import KelvinVoigt
+from impactjax._model.kelvin_voigt_linear_restitution import KelvinVoigtLinearRestitution
+from impactjax._model.law import AbstractForceLaw
+from impactjax._model.linear_restitution import LinearRestitution
+from impactjax._model.power_law import PowerLaw
+from impactjax._model.power_restitution import PowerRestitution
+from impactjax._model.pust_peterka import PustPeterka
+from impactjax._model.restitution import Restitution
+from impactjax._model.simon import Simon
+from impactjax._model.stop import Stop
+from impactjax._model.walton import Walton
 from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
 
@@ -16,7 +31,7 @@ _SHARES = (0.0, 0.01, 0.1, 1.0)  # of the way to the first estimate of what the 
 _SAME = 1e-9  # relative, of values that are fixed in both
 
 Values = Mapping[str, float]
-Variant = tuple[str, bool]  # a law's name, and whether there is dry friction
+Case = Callable[[Values], Values | None]
 
 
 def _as_line(at: Values) -> Values:
@@ -38,24 +53,24 @@ def _powers(n: float, p: float, q: float) -> Callable[[Values], Values | None]:
     return lambda _: {"n": n, "p": p, "q": q}
 
 
-SPECIAL_CASES: dict[tuple[str, str], Callable[[Values], Values | None]] = {
-    ("restitution", "linear-restitution"): _as_line,
-    ("restitution", "power-restitution"): _as_line,
-    ("kelvin-voigt", "kelvin-voigt-linear-restitution"): _contact_line,
-    ("hertz", "simon"): _elastic,
-    ("hertz", "hunt-crossley"): _elastic,
-    ("hertz", "pust-peterka"): _elastic,
-    ("hertz", "hertz-dashpot"): _elastic,
-    ("hertz", "power-law"): _elastic,
-    ("simon", "hunt-crossley"): lambda _: {"n": 1.5},
-    ("simon", "pust-peterka"): lambda at: {"alpha": at["c"], "q": 1.0},
-    ("simon", "power-law"): lambda at: {"c": at["k"] * at["c"], "n": 1.5, "p": 1.5, "q": 1.0},
-    ("walton", "hunt-crossley"): lambda at: {"c": at["c"] / at["k"], "n": 1.0},
-    ("walton", "power-law"): _powers(1.0, 1.0, 1.0),
-    ("hunt-crossley", "power-law"): lambda at: {"c": at["k"] * at["c"], "p": at["n"], "q": 1.0},
-    ("pust-peterka", "power-law"): lambda at: {"c": at["k"] * at["alpha"], "n": 1.5, "p": 1.5},
-    ("hertz-dashpot", "power-law"): _powers(1.5, 0.0, 1.0),
-    ("kelvin-voigt", "power-law"): lambda at: {
+SPECIAL_CASES: dict[tuple[type, type], Callable[[Values], Values | None]] = {
+    (Restitution, LinearRestitution): _as_line,
+    (Restitution, PowerRestitution): _as_line,
+    (KelvinVoigt, KelvinVoigtLinearRestitution): _contact_line,
+    (Hertz, Simon): _elastic,
+    (Hertz, HuntCrossley): _elastic,
+    (Hertz, PustPeterka): _elastic,
+    (Hertz, HertzDashpot): _elastic,
+    (Hertz, PowerLaw): _elastic,
+    (Simon, HuntCrossley): lambda _: {"n": 1.5},
+    (Simon, PustPeterka): lambda at: {"alpha": at["c"], "q": 1.0},
+    (Simon, PowerLaw): lambda at: {"c": at["k"] * at["c"], "n": 1.5, "p": 1.5, "q": 1.0},
+    (Walton, HuntCrossley): lambda at: {"c": at["c"] / at["k"], "n": 1.0},
+    (Walton, PowerLaw): _powers(1.0, 1.0, 1.0),
+    (HuntCrossley, PowerLaw): lambda at: {"c": at["k"] * at["c"], "p": at["n"], "q": 1.0},
+    (PustPeterka, PowerLaw): lambda at: {"c": at["k"] * at["alpha"], "n": 1.5, "p": 1.5},
+    (HertzDashpot, PowerLaw): _powers(1.5, 0.0, 1.0),
+    (KelvinVoigt, PowerLaw): lambda at: {
         "k": at["mass"] * at["omega0"] ** 2,
         "c": 2 * at["mass"] * at["gamma"] * at["omega0"],
         "n": 1.0,
@@ -66,35 +81,61 @@ SPECIAL_CASES: dict[tuple[str, str], Callable[[Values], Values | None]] = {
 """The larger law's parameters that follow from the smaller one's; the others are the same."""
 
 
-def may_contain(large: Variant, small: Variant) -> bool:
-    """Whether one model may be a special case of another: it is if what is fixed allows it."""
-    if small[0] == large[0] == NO_LAW:
-        return large[1] and not small[1]
-    return small[1] == large[1] and (small[0], large[0]) in SPECIAL_CASES
+def special_values(large: ImpactOscillator, small: ImpactOscillator) -> Case | None:
+    """The larger model's parameters that follow from the smaller one's; `None` if the smaller one
+    is no special case. What is fixed may still speak against it.
+    """
+    if type(large.oscillator) is not type(small.oscillator) or large.upper or small.upper:
+        return None
+    if _same_kind(large.lower, small.lower):
+        more = is_dry(large.oscillator) and not is_dry(small.oscillator)
+        return (lambda _: {DRY_FRICTION: 0.0}) if more else None
+    if large.lower is None or small.lower is None:
+        return None
+    if is_dry(large.oscillator) != is_dry(small.oscillator):
+        return None
+    if _separation(large.lower) is not _separation(small.lower):
+        return None
+    return SPECIAL_CASES.get((type(small.lower.law), type(large.lower.law)))
 
 
-def in_stages(variants: Sequence[Variant]) -> list[list[Variant]]:
-    """The models in groups, each after those that hold special cases of its own."""
-    left, stages = list(dict.fromkeys(variants)), []
+def _same_kind(one: Stop | None, other: Stop | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return type(one.law) is type(other.law)
+
+
+def _separation(stop: Stop) -> type | None:
+    return type(stop.law.separation) if isinstance(stop.law, AbstractForceLaw) else None
+
+
+def in_stages(models: Mapping[str, ImpactOscillator]) -> list[list[str]]:
+    """The names of models in groups, each after those that hold special cases of its own."""
+    left, stages = dict(models), []
     while left:
-        stage = [each for each in left if not any(may_contain(each, small) for small in left)]
+        stage = [
+            name
+            for name, model in left.items()
+            if not any(special_values(model, small) for small in left.values())
+        ]
         stages.append(stage)
-        left = [each for each in left if each not in stage]
+        left = {name: model for name, model in left.items() if name not in stage}
     return stages
 
 
 def special_case(
-    large: Variant, problem: Problem, small: Variant, estimate: Estimate[Problem]
+    problem: Problem, estimate: Estimate[Problem]
 ) -> Float[np.ndarray, " parameters"] | None:
-    """The values of a problem's parameters with which it is the smaller model's answer; `None` if
-    there are none, because something is fixed at another value.
+    """The values of a problem's parameters with which it is the answer of another, smaller model.
+
+    `None` if that is no special case, or if something is fixed at another value.
     """
-    if not may_contain(large, small):
+    case = special_values(problem.system.model, estimate.problem.system.model)
+    if case is None:
         return None
     at = {name: float(each.get(estimate.system)) for name, each in handles(estimate.system).items()}
     own = {name: float(each.get(problem.system)) for name, each in handles(problem.system).items()}
-    still: Values | None = {"dry_friction": 0.0}
-    special = still if large[0] == NO_LAW else SPECIAL_CASES[small[0], large[0]](at)
+    special = case(at)
     if special is None:
         return None
     wanted = own | at | dict(special)

@@ -1,49 +1,67 @@
-"""The oscillators by the names of the command line."""
+"""Table of oscillators by the names of the command line."""
 
+import dataclasses
 from collections.abc import Callable, Mapping
+
+from jaxtyping import ArrayLike
 
 from impactjax._model.bouncing_ball import BouncingBall
 from impactjax._model.free_mass import FreeMass
-from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._model.linear_oscillator import LinearOscillator
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.pendulum import Pendulum
+from impactjax._parameter import parameter_of
 
-Known = Mapping[str, float]  # parameters that are known beforehand
+DRY_FRICTION = "dry_friction"
+_TYPICAL = {DRY_FRICTION: 0.1, "length": 1.0}  # of what is left out unless it is asked for
 
-
-def _pendulum(known: Known, dry: bool) -> Pendulum:
-    return Pendulum(
-        known.get("omega_n", 10.0),
-        known.get("zeta", 0.01),
-        length=known.get("length"),
-        mass=known.get("mass", 1.0),
-        dry_friction=known.get("dry_friction", 0.1) if dry else None,
-    )
-
-
-def _linear_oscillator(known: Known, dry: bool) -> LinearOscillator:
-    return LinearOscillator(
-        known.get("omega_n", 10.0),
-        known.get("zeta", 0.01),
-        mass=known.get("mass", 1.0),
-        dry_friction=known.get("dry_friction", 0.1) if dry else None,
-    )
-
-
-def _bouncing_ball(known: Known, dry: bool) -> BouncingBall:
-    del dry
-    return BouncingBall(known.get("gravity", STANDARD_GRAVITY), mass=known.get("mass", 1.0))
-
-
-def _free_mass(known: Known, dry: bool) -> FreeMass:
-    del dry
-    return FreeMass(known.get("mass", 1.0))
-
-
-OSCILLATORS: dict[str, Callable[[Known, bool], AbstractOscillator]] = {
-    "pendulum": _pendulum,
-    "linear-oscillator": _linear_oscillator,
-    "bouncing-ball": _bouncing_ball,
-    "free-mass": _free_mass,
+OSCILLATORS: dict[str, Callable[[], AbstractOscillator]] = {
+    "pendulum": lambda: Pendulum(10.0, 0.01),
+    "linear-oscillator": lambda: LinearOscillator(10.0, 0.01),
+    "bouncing-ball": BouncingBall,
+    "free-mass": FreeMass,
 }
+
+
+def with_known(
+    oscillator: AbstractOscillator, values: Mapping[str, ArrayLike]
+) -> AbstractOscillator:
+    """An oscillator with some values set: those that are its own, also of what is left out of it
+    otherwise.
+    """
+    return dataclasses.replace(
+        oscillator, **{name: values[name] for name in _own(oscillator) if name in values}
+    )
+
+
+def complete(oscillator: AbstractOscillator) -> AbstractOscillator:
+    """An oscillator with all that may be asked of it."""
+    absent = [name for name in _own(oscillator) if getattr(oscillator, name) is None]
+    return with_known(
+        oscillator, {name: value for name, value in _TYPICAL.items() if name in absent}
+    )
+
+
+def with_dry_friction(oscillator: AbstractOscillator) -> AbstractOscillator:
+    """An oscillator with dry friction, of a typical size if it has none so far."""
+    return oscillator if is_dry(oscillator) else with_known(oscillator, _only_friction())
+
+
+def _only_friction() -> dict[str, float]:
+    return {DRY_FRICTION: _TYPICAL[DRY_FRICTION]}
+
+
+def is_dry(oscillator: AbstractOscillator) -> bool:
+    """Whether an oscillator has dry friction."""
+    return may_be_dry(oscillator) and getattr(oscillator, DRY_FRICTION) is not None
+
+
+def may_be_dry(oscillator: AbstractOscillator) -> bool:
+    """Whether dry friction is known of an oscillator's kind."""
+    return DRY_FRICTION in _own(oscillator)
+
+
+def _own(oscillator: AbstractOscillator) -> list[str]:
+    """The names of an oscillator's parameters."""
+    fields = dataclasses.fields(oscillator)
+    return [field.name for field in fields if parameter_of(field) is not None]

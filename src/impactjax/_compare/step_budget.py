@@ -1,17 +1,13 @@
-"""How long a simulation of a recording may get."""
+"""Room for the steps and impacts that a recording is expected to take."""
 
 import math
 
-import numpy as np
-
-from impactjax._first_look.first_estimates import FirstEstimates
+from impactjax._first_look.first_look import FirstLook
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.linear_oscillator import LinearOscillator
-from impactjax._model.pendulum import Pendulum
-from impactjax._problem.problem import Simulation
-from impactjax._record.recording import AnyRecording, ImpactTimes
+from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.default_step import natural_step
+from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.taylor_step import TaylorStep
 
 _TOLERANCE = 1e-8  # what `simulate` takes in double precision
@@ -22,12 +18,14 @@ _IMPACT_STEPS = 8  # of an impact and the flight that follows
 _DEARER = 4  # steps by a Runge-Kutta method, beside those by Taylor series
 
 
-def effort(recording: AnyRecording, seen: FirstEstimates, model: ImpactOscillator) -> Simulation:
+def step_budget(
+    recording: AbstractRecording, look: FirstLook, model: ImpactOscillator
+) -> Simulation:
     """Room for the impacts and the steps that a recording is expected to take, and half as much
     again.
     """
-    swings = _swings(recording, seen)
-    impacts = 0.0 if model.lower is None else swings + seen.speeds.size + _chatter(seen, model)
+    swings = _swings(recording, look)
+    impacts = 0.0 if model.lower is None else swings + look.speeds.size + _chatter(look, model)
     step = natural_step(model, _TOLERANCE)
     dearer = 1 if isinstance(step, TaylorStep) else _DEARER
     steps = _MARGIN * dearer * (_TURN_STEPS * swings + _IMPACT_STEPS * impacts) + CHUNK
@@ -39,20 +37,17 @@ def _power(number: float) -> int:
     return 2 ** math.ceil(math.log2(number))
 
 
-def _swings(recording: AnyRecording, seen: FirstEstimates) -> float:
+def _swings(recording: AbstractRecording, look: FirstLook) -> float:
     """Times that the motion turns, as far as the oscillator does so by itself."""
-    oscillator = seen.oscillator
-    if isinstance(recording, ImpactTimes) or not isinstance(
-        oscillator, Pendulum | LinearOscillator
-    ):
+    if recording.observes_impacts or not look.oscillator.has_equilibrium():
         return 0.0
-    ts = np.asarray(recording.ts)
-    return float(ts[-1] - ts[0]) * float(oscillator.omega_n) / math.pi
+    half = look.oscillator.half_period(0.0)
+    return 0.0 if half is None else float(recording.end - recording.begin) / half
 
 
-def _chatter(seen: FirstEstimates, model: ImpactOscillator) -> float:
+def _chatter(look: FirstLook, model: ImpactOscillator) -> float:
     """Impacts until they are summed, where something presses the mass onto the stop."""
     assert model.lower is not None
-    still = isinstance(seen.oscillator, Pendulum | LinearOscillator) and float(model.lower.gap) == 0
-    r = min(max(seen.restitution, 0.1), 0.97)
+    still = look.oscillator.has_equilibrium() and float(model.lower.gap) == 0
+    r = min(max(look.restitution, 0.1), 0.97)
     return 0.0 if still else math.log(_FADED) / math.log(r)

@@ -107,4 +107,4 @@ def _simulated(
         errors = jnp.sqrt(known) * jax.random.normal(key, residuals.shape, residuals.dtype)
     else:
         errors = problem.assumed().noise.drawn(key, residuals, n) * jnp.sqrt(n / (n - p))
-    return problem.moved(jnp.where(problem.valid, errors - residuals, 0.0))
+    return problem.shifted(jnp.where(problem.valid, errors - residuals, 0.0))

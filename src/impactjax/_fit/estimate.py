@@ -13,8 +13,8 @@ from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, known
 from impactjax._number_format import interval, with_error
 from impactjax._problem.assumptions import Rest, assumptions, given_words, rests
-from impactjax._problem.parameters import System
 from impactjax._problem.problem import AbstractProblem, Problem
+from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
 
 PerParameter = Float[AnyArray, "... parameters"]

@@ -1,22 +1,23 @@
 """The verb `fit_together`: several recordings, or what is known beforehand, in one estimate."""
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+import dataclasses
+from collections.abc import Sequence
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.fit import best_from, pose, solve
+from impactjax._fit.fit import best_from, check_search, solve
 from impactjax._fit.search import Lanes
 from impactjax._fit.starts import Starts
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
-from impactjax._problem.checks import check_declared
+from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
-from impactjax._problem.joint_problem import JointProblem, Normal
+from impactjax._problem.joint_problem import JointProblem
+from impactjax._problem.prior import Normal
 from impactjax._problem.problem import Problem
-from impactjax._record.recording import AnyRecording, Recording
+from impactjax._refusal import check_kind
 from impactjax._types import Scalar
 
 _ROUNDS = 3  # in which the sizes of the noise settle
@@ -28,7 +29,6 @@ def fit_together(
     *,
     shared: Sequence[str] = (),
     own: Sequence[str] = (),
-    priors: Mapping[str, Normal] = MappingProxyType({}),
     starts: Starts = Starts(1),
     optimiser: LevenbergMarquardt = LevenbergMarquardt(),
 ) -> Estimate[JointProblem]:
@@ -36,7 +36,8 @@ def fit_together(
     times, of one material on several rigs.
 
     What belongs to the model (oscillator, stops, laws) is shared by all experiments that have it;
-    initial state and sensor are each experiment's own and get its number: `theta0[1]`.
+    initial state and sensor are each experiment's own and, if there are several, get its number:
+    `theta0[1]`. What experiments say of `priors` counts beside the recordings.
 
     Each recording counts by the size of its own noise, which is known from its sensor or found:
     first from a fit of that recording alone, then from what the joint fit leaves of it. Works
@@ -48,24 +49,21 @@ def fit_together(
     - `shared`: names of further parameters that are shared, such as the initial state of one motion
       seen by two sensors.
     - `own`: names of parameters of the model that differ between experiments all the same.
-    - `priors`: what is known beforehand, by joint name.
     - `starts`, `optimiser`: of the search in each recording alone; the joint searches start from
       there.
 
     **Raises** `ValueError` as `fit` does, and for names that no experiment has or that are both
     `shared` and `own`.
     """
+    check_search(starts, optimiser)
     if not experiments:
         raise ValueError("There is no experiment to fit.")
-    most = max(_length(each.recording) for each in experiments)
-    problems = [pose(_padded(each, most)) for each in experiments]
-    for problem in problems:
-        check_declared(problem.system)
+    for experiment in experiments:
+        check_kind("experiments", experiment, Experiment, "Experiment(model, recording, initial)")
+    problems = [build_problem(each) for each in _padded(experiments)]
     alone = [solve(problem, starts, optimiser) for problem in problems]
     names, places = _named(problems, shared, own)
-    for name in priors:
-        if name not in names:
-            raise ValueError(f"There is no parameter `{name}`; there are {', '.join(names)}.")
+    priors = _priors(experiments, problems, names, places)
     joint = JointProblem(
         problems=tuple(problems),
         sizes=tuple(_size(estimate) for estimate in alone),
@@ -117,16 +115,38 @@ def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Prob
     )
 
 
-def _length(recording: AnyRecording) -> int:
-    return recording.valid.shape[-1] if isinstance(recording, Recording) else 0
+def _padded(experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Records of one kind and length share a program."""
+    longest: dict[type, int] = {}
+    for each in experiments:
+        kind, count = type(each.recording), each.recording.valid.shape[-1]
+        longest[kind] = max(longest.get(kind, 0), count)
+    return [
+        dataclasses.replace(each, recording=each.recording.padded(longest[type(each.recording)]))
+        for each in experiments
+    ]
 
 
-def _padded(experiment: Experiment, count: int) -> Experiment:
-    """Records of one length share a program."""
-    recording = experiment.recording
-    if isinstance(recording, Recording):
-        return experiment._replace(recording=recording.padded(count))
-    return experiment
+def _priors(
+    experiments: Sequence[Experiment],
+    problems: Sequence[Problem],
+    names: tuple[str, ...],
+    places: tuple[tuple[int, ...], ...],
+) -> dict[str, Normal]:
+    """Prior knowledge by joint name."""
+    found: dict[str, Normal] = {}
+    for experiment, problem, own in zip(experiments, problems, places, strict=True):
+        for name, prior in experiment.priors.items():
+            if name not in problem.names:
+                raise ValueError(
+                    f"`priors` speak of `{name}`, which is not fitted; "
+                    f"{', '.join(problem.names)} are."
+                )
+            joint = names[own[problem.names.index(name)]]
+            if joint in found:
+                raise ValueError(f"Two experiments have a prior of `{joint}`, which they share.")
+            found[joint] = prior
+    return found
 
 
 def _named(
@@ -144,7 +164,8 @@ def _named(
     for i, problem in enumerate(problems):
         called = [
             name
-            if (handle.path[0] == "model" or name in shared) and name not in own
+            if len(problems) == 1
+            or ((handle.path[0] == "model" or name in shared) and name not in own)
             else f"{name}[{i}]"
             for name, handle in problem.handles().items()
         ]

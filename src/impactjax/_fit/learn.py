@@ -1,6 +1,6 @@
 """The verb `learn`: gradient descent through the simulator, for laws with many weights."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -9,18 +9,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from impactjax._fit.fit import pose
 from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, places
-from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.initial_state import InitialState
 from impactjax._optimise.gradient_descent import History, begin, step
+from impactjax._problem.build_problem import pose
 from impactjax._problem.checks import check_declared
-from impactjax._problem.experiment import Experiment, Fixed
-from impactjax._problem.loss import AbstractLoss, Squares
-from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
-from impactjax._problem.problem import Answer, Simulation, around
-from impactjax._record.recording import AnyRecording
-from impactjax._sensor.sensor import Sensor
+from impactjax._problem.experiment import Experiment
+from impactjax._problem.problem import Answer, around
+from impactjax._refusal import check_kind
 from impactjax._types import Flag, Scalar
 
 if TYPE_CHECKING:
@@ -39,21 +34,13 @@ def _lbfgs() -> "optax.GradientTransformation":
 
 
 def learn(
-    model: ImpactOscillator,
-    recording: AnyRecording,
+    experiment: Experiment,
     *,
-    initial: InitialState,
     where: Where = no_weights,
-    sensor: Sensor | None = None,
-    fixed: Fixed = (),
-    free: Sequence[str] = (),
     optimiser: "optax.GradientTransformation | None" = None,
     steps: int = 20,
     rounds: int = 50,
-    simulation: Simulation = Simulation(),
-    loss: AbstractLoss = Squares(),
-    noise: AbstractNoise = AutoregressiveNoise(),
-    tell: Callable[[str], None] | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> Learned:
     """Gradient descent with Optax between a simulated and a recorded motion.
 
@@ -68,20 +55,18 @@ def learn(
     p + (H + |g|)^(−1/2) z, with Gauss and Newton's curvature H and the gradient g at the start p.
     So one learning rate suits all problems: for `optax.adam`, 0.1 is a good one.
 
-    Works under `jit` and `vmap`, over models and over recordings, if nothing is told.
+    Works under `jit` and `vmap`, over experiments, without `progress`.
 
     **Arguments:**
 
-    - `model`, `recording`, `initial`, `sensor`, `fixed`, `free`, `simulation`, `loss`: as for
-      `fit`.
+    - `experiment`: as for `fit`; the `noise` is what `restitution_band` assumes.
     - `where`: the arrays to find in a system, which has `model`, `initial` and `sensor`, such as
       `lambda system: system.model.lower.law.weights`; none if left out.
     - `optimiser`: any of Optax's that makes do with value and gradient, or searches along a line;
       `optax.lbfgs` if left out. Made once and used again, it is not compiled again.
     - `steps`: of a round, at most; it ends before when the cost does not change any more.
     - `rounds`: at most; the search ends before when it has converged.
-    - `noise`: what `restitution_band` assumes of the residuals.
-    - `tell`: is told how far it is, after every round.
+    - `progress`: is called with a line on how far the search is, after every round.
 
     **Raises** `ValueError` for what `fit` refuses, for a `where` that picks a parameter with a
     name, and for `steps` or `rounds` below one. A search that does not converge says so in what it
@@ -90,26 +75,16 @@ def learn(
     for name, count in (("steps", steps), ("rounds", rounds)):
         if count < 1:
             raise ValueError(f"Argument `{name}` must be at least 1, but it is {count}.")
-    experiment = Experiment(
-        model,
-        recording,
-        initial,
-        sensor,
-        fixed,
-        free,
-        simulation=simulation,
-        loss=loss,
-        noise=noise,
-    )
+    check_kind("experiment", experiment, Experiment, "Experiment(model, recording, initial)")
     problem = pose(experiment)
     task = Task(problem, places(problem.system, where))
     check_declared(problem.system, task.places)
     by, search = optimiser or _lbfgs(), _first(task, rounds * steps)
-    for end in (rounds,) if tell is None else range(rounds + 1):
+    for end in (rounds,) if progress is None else range(rounds + 1):
         search = _search(task, by, steps, rounds, jnp.asarray(end), search)
-        if tell is not None:
+        if progress is not None:
             rms = float(_rms(task, search.slopes.answer))
-            tell(f"{end} of {rounds} rounds, rms residual {rms:.4g}")
+            progress(f"{end} of {rounds} rounds, rms residual {rms:.4g}")
             if bool(search.converged):
                 break
     return _learned(task, search)

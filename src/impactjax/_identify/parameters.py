@@ -7,8 +7,9 @@ import equinox as eqx
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._parameter import ranges
-from impactjax._problem.parameters import Handle, Start, System, handles
+from impactjax._problem.parameters import Handle, handles
 from impactjax._sensor.sensor import Sensor
+from impactjax._sensor.system import Start, System
 
 
 def parameters_of(part: eqx.Module) -> dict[str, Handle]:

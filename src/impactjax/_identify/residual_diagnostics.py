@@ -9,7 +9,6 @@ from scipy import special
 from impactjax._fit.estimate import Estimate
 from impactjax._known import AnyArray, known, namespace
 from impactjax._problem.noise import autocovariances
-from impactjax._record.recording import ImpactTimes
 
 UNLIKELY = 1e-3  # the probability below which residuals are said not to be what they should be
 _LAGS = 40  # of the autocorrelation, at most; a quarter of the number of samples at most
@@ -23,7 +22,7 @@ Valid = Bool[AnyArray, " observations"]
 Number = Float[AnyArray, ""]
 
 
-class Residuality(eqx.Module):
+class ResidualDiagnostics(eqx.Module):
     """What the residuals of a fit look like beside independent normal noise of one size.
 
     - `autocorrelation`: at lags 1, 2, ... [1].
@@ -110,7 +109,7 @@ class Residuality(eqx.Module):
 
 
 @np.errstate(all="ignore")  # as JAX computes, without a warning
-def residuality(estimate: Estimate) -> Residuality:
+def residual_diagnostics(estimate: Estimate) -> ResidualDiagnostics:
     """What the residuals of a single fit look like. Works under `jit` and `vmap`.
 
     Source: Ljung & Box, Biometrika 65, 297 (1978); Wald & Wolfowitz, Ann. Math. Stat. 11, 147
@@ -135,7 +134,7 @@ def residuality(estimate: Estimate) -> Residuality:
     tail = special.gammaincc if xp is np else traced.gammaincc
     after, counts = _after_impacts(estimate, left, valid)
     freely = xp.maximum(counts * _independent_share(rho, kurtosis), _LEAST)
-    return Residuality(
+    return ResidualDiagnostics(
         autocorrelation=rho,
         band=1.96 / xp.sqrt(n),
         portmanteau=portmanteau,
@@ -187,9 +186,9 @@ def _after_impacts(
     xp = namespace(left)
     recording, log = estimate.problem.recording, estimate.impacts
     rms = xp.where(estimate.rms > 0, estimate.rms, 1.0)
-    if isinstance(recording, ImpactTimes):
+    if recording.observes_impacts:
         return xp.abs(left) / rms, valid.astype(left.dtype)
-    ts = recording.ts
+    ts = recording.instants
     begins = xp.where(log.happened, log.time, xp.inf)
     ends = xp.minimum(xp.append(begins[1:], xp.inf), ts[-1])
     number = xp.searchsorted(begins, ts, side="right") - 1

@@ -1,11 +1,14 @@
 """A ball that falls onto a floor."""
 
+import math
+
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 
 from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.gravity import STANDARD_GRAVITY
-from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.oscillator import AbstractOscillator, Heights, Places
 from impactjax._parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
     Coordinate,
@@ -68,6 +71,20 @@ class BouncingBall(AbstractOscillator):
 
     def is_angle(self) -> bool:
         return False
+
+    def half_period(self, height: float) -> float | None:
+        gravity = float(self.gravity)
+        return 2 * math.sqrt(2 * height / gravity) if gravity > 0 and height > 0 else None
+
+    def speed_at_stop(self, heights: Heights, gap: float) -> Heights:
+        del gap
+        return np.sqrt(2 * float(self.gravity) * np.maximum(heights, 0))
+
+    def free_acceleration(self, places: Places) -> Places:
+        return np.full_like(places, -float(self.gravity))
+
+    def weight(self) -> float:
+        return float(self.gravity)
 
     def __check_init__(self) -> None:
         if self.drag is not None and self.base is not None:

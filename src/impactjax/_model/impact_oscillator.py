@@ -7,6 +7,7 @@ import equinox as eqx
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.stop import Stop
 from impactjax._parameter import Requirement, raise_if_violated, range_requirements
+from impactjax._refusal import of_kind
 
 
 class ImpactOscillator(eqx.Module):
@@ -19,9 +20,15 @@ class ImpactOscillator(eqx.Module):
     - `upper`: the stop above, if any.
     """
 
-    oscillator: AbstractOscillator
-    lower: Stop | None = None
-    upper: Stop | None = None
+    oscillator: AbstractOscillator = eqx.field(
+        converter=of_kind("oscillator", AbstractOscillator, "Pendulum(13.0)")
+    )
+    lower: Stop | None = eqx.field(
+        converter=of_kind("lower", Stop, "Stop(Restitution(0.7))", optional=True), default=None
+    )
+    upper: Stop | None = eqx.field(
+        converter=of_kind("upper", Stop, "Stop(Restitution(0.7))", optional=True), default=None
+    )
 
     def parts(self) -> dict[str, eqx.Module]:
         """All that has parameters, by where it is."""

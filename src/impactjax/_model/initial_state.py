@@ -1,7 +1,12 @@
 """State of the coordinate where a run starts."""
 
-import equinox as eqx
+import math
 
+import equinox as eqx
+import numpy as np
+from jax.core import Tracer
+
+from impactjax._model.oscillator import AbstractOscillator
 from impactjax._parameter import as_parameter, parameter
 from impactjax._types import Coordinate, CoordinateRate
 
@@ -19,3 +24,15 @@ class InitialState(eqx.Module):
     velocity: CoordinateRate = eqx.field(
         converter=as_parameter, metadata=parameter("rad/s or m/s"), default=0.0
     )
+
+
+def check_angle(oscillator: AbstractOscillator, initial: InitialState) -> None:
+    """Raises `ValueError` for the angle of a pendulum, if it is known, that looks like degrees."""
+    if not oscillator.is_angle() or isinstance(initial.position, Tracer):
+        return
+    farthest = float(np.max(np.abs(np.asarray(initial.position)), initial=0.0))
+    if math.isfinite(farthest) and farthest > 2 * math.pi:
+        raise ValueError(
+            f"An initial angle of {farthest:g} rad is more than a turn; are degrees meant? "
+            "`numpy.deg2rad` turns them into radians."
+        )

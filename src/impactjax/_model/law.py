@@ -12,18 +12,29 @@ from impactjax._types import Force, Length, Mass, Ratio, Speed
 Internal = PyTree[Float[Array, "..."]]  # a force law's own state
 
 
-class AbstractImpactLaw(eqx.Module):
+class AbstractLaw(eqx.Module):
+    """Contact at a stop: a jump of the velocity, or a force."""
+
+    @abc.abstractmethod
+    def is_rigid(self) -> bool:
+        """Whether the contact takes no time."""
+
+    def __check_init__(self) -> None:
+        raise_if_violated(self, range_requirements(self))
+
+
+class AbstractImpactLaw(AbstractLaw):
     """A rigid stop: at the moment of impact v⁺ = −r v⁻, with r = restitution(|v⁻|)."""
 
     @abc.abstractmethod
     def restitution(self, speed: Speed) -> Ratio:
         """Coefficient of restitution r at an approach speed [m/s]."""
 
-    def __check_init__(self) -> None:
-        raise_if_violated(self, range_requirements(self))
+    def is_rigid(self) -> bool:
+        return True
 
 
-class AbstractForceLaw(eqx.Module):
+class AbstractForceLaw(AbstractLaw):
     """A compliant stop: a force from penetration, its rate, and a state of the law's own.
 
     The contact begins at zero penetration and ends where `separation` says.
@@ -49,8 +60,8 @@ class AbstractForceLaw(eqx.Module):
     ) -> Internal:
         """Time derivative of the internal state during contact."""
 
-    def __check_init__(self) -> None:
-        raise_if_violated(self, range_requirements(self))
+    def is_rigid(self) -> bool:
+        return False
 
 
 class AbstractMemorylessLaw(AbstractForceLaw):
@@ -67,6 +78,3 @@ class AbstractMemorylessLaw(AbstractForceLaw):
         """No internal state."""
         del penetration, rate, mass
         return internal
-
-
-AbstractLaw = AbstractImpactLaw | AbstractForceLaw

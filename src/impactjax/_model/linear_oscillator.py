@@ -2,9 +2,11 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 
 from impactjax._model.base_motion import HarmonicMotion
-from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.oscillator import Heights
+from impactjax._model.swing import AbstractSwing
 from impactjax._parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
     AngularFrequency,
@@ -18,7 +20,7 @@ from impactjax._types import (
 )
 
 
-class LinearOscillator(AbstractOscillator):
+class LinearOscillator(AbstractSwing):
     """A mass on a linear spring, on a base that may shake:
 
     x″ + 2 ζ ω_n x′ + ω_n² x + dry_friction sgn x′ = A Ω² sin(Ω t + φ).
@@ -67,3 +69,11 @@ class LinearOscillator(AbstractOscillator):
 
     def is_angle(self) -> bool:
         return False
+
+    def phase(self, heights: Heights, gap: float) -> Heights:
+        sizes = np.maximum(heights - gap, 1e-300)
+        return np.pi + 2 * np.arcsin(np.clip(gap / sizes, -1, 1))
+
+    def squared_speed(self, heights: Heights, gap: float) -> Heights:
+        sizes = heights - gap
+        return np.where(sizes > 0, sizes**2 - gap**2, 0.0)

@@ -2,11 +2,14 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
+from scipy import special
 
 from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.equilibrium import AbstractEquilibrium, Hanging
 from impactjax._model.gravity import STANDARD_GRAVITY
-from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.oscillator import Heights, Places
+from impactjax._model.swing import AbstractSwing
 from impactjax._parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
     AngularFrequency,
@@ -21,7 +24,7 @@ from impactjax._types import (
 )
 
 
-class Pendulum(AbstractOscillator):
+class Pendulum(AbstractSwing):
     """A pendulum with viscous and, if given, dry friction and a base that shakes:
 
     θ″ + 2 ζ ω_n θ′ ± ω_n² sin θ + dry_friction sgn θ′ = (A / length) Ω² sin(Ω t + φ) cos θ,
@@ -88,3 +91,14 @@ class Pendulum(AbstractOscillator):
 
     def is_angle(self) -> bool:
         return True
+
+    def phase(self, heights: Heights, gap: float) -> Heights:
+        modulus = np.sin(np.clip(heights - gap, 1e-9, 3.1) / 2)
+        share = np.clip(np.sin(gap / 2) / modulus, -1, 1)
+        return 2 * (special.ellipk(modulus**2) + special.ellipkinc(np.arcsin(share), modulus**2))
+
+    def squared_speed(self, heights: Heights, gap: float) -> Heights:
+        return 4 * (np.sin(np.clip(heights - gap, 0, 3.1) / 2) ** 2 - np.sin(gap / 2) ** 2)
+
+    def restoring(self, places: Places) -> Places:
+        return np.sin(places)

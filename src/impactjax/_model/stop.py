@@ -9,6 +9,7 @@ from impactjax._parameter import (
     raise_if_violated,
     range_requirements,
 )
+from impactjax._refusal import of_kind
 from impactjax._types import Coordinate
 
 
@@ -24,7 +25,7 @@ class Stop(eqx.Module):
     - `gap`: distance from the origin to the stop, in units of the coordinate [rad] or [m].
     """
 
-    law: AbstractLaw
+    law: AbstractLaw = eqx.field(converter=of_kind("law", AbstractLaw, "Restitution(0.7)"))
     gap: Coordinate = eqx.field(
         converter=as_parameter, metadata=parameter("rad or m", known=True), default=0.0
     )

@@ -14,8 +14,9 @@ import numpy as np
 
 from impactjax._parameter import parameter_of
 from impactjax._problem.dimensions import Dimensions, dimensions, power, times, unit_of
-from impactjax._problem.parameters import Handle, System, handles
-from impactjax._record.recording import AnyRecording, ImpactTimes
+from impactjax._problem.parameters import Handle, handles
+from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._sensor.system import System
 
 _SCALES = ("m", "kg")  # a clock gives the second
 
@@ -87,7 +88,7 @@ def assumptions(
 
 def rests(
     system: System,
-    recording: AnyRecording,
+    recording: AbstractRecording,
     names: tuple[str, ...],
     assumed: Collection[Assumption],
 ) -> dict[str, Rest]:
@@ -98,7 +99,7 @@ def rests(
     """
     known = handles(system)
     found = {name: _dimensions_of(name, known, system) for name in known}
-    record = _record(recording)
+    record = dimensions(recording.unit) or {}
     gain_is_free = "gain" in names
     if gain_is_free:  # the record's numbers have no scale, which the gain makes up for
         found |= {"gain": times({}, record, -1.0), "offset": {}, "drift": {}}
@@ -147,11 +148,6 @@ def _rest(
 
 def _own(assumption: Assumption) -> Dimensions:
     return dimensions(assumption.unit) or {}
-
-
-def _record(recording: AnyRecording) -> Dimensions:
-    unit = "s" if isinstance(recording, ImpactTimes) else recording.quantity.unit
-    return dimensions(unit) or {}
 
 
 def _dimensions_of(name: str, known: Mapping[str, Handle], system: System) -> Dimensions | None:

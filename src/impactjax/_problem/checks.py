@@ -1,7 +1,7 @@
-"""What can be asked of a fit, and what is refused."""
+"""Requests that a fit refuses."""
 
 import difflib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from functools import reduce
 
 import jax
@@ -10,49 +10,30 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import ArrayLike
 
-from impactjax._model.law import AbstractForceLaw
 from impactjax._parameter import Range, as_parameter
 from impactjax._problem.experiment import Experiment
-from impactjax._problem.parameters import System, handles
-from impactjax._record.recording import ImpactTimes
-from impactjax._sensor.quantity import ContactForce
-
-
-def check_observable(experiment: Experiment) -> None:
-    """Checks that the oscillator and its stops have what was recorded."""
-    if isinstance(experiment.recording, ImpactTimes):
-        return
-    quantity, model = experiment.recording.quantity, experiment.model
-    if quantity.of_angle not in (None, model.oscillator.is_angle()):
-        raise ValueError(
-            f"A record of {quantity.name} does not suit a {type(model.oscillator).__name__}."
-        )
-    laws = [stop.law for stop in (model.lower, model.upper) if stop is not None]
-    if isinstance(quantity, ContactForce) and not any(
-        isinstance(law, AbstractForceLaw) for law in laws
-    ):
-        raise ValueError("No stop of the model has a force law, so there is no contact force.")
+from impactjax._problem.parameters import handles
+from impactjax._sensor.system import System
 
 
 def check_requests(experiment: Experiment, system: System) -> None:
     """Checks that all names are known, each asked for once, and that ties can be worked out."""
     known = handles(system)
-    asked = {"fixed": experiment.fixed, "free": experiment.free, "ties": tuple(experiment.ties)}
+    ties = dict(experiment.ties)
+    asked = {"fixed": tuple(experiment.fixed), "free": experiment.free, "ties": tuple(ties)}
     seen: dict[str, str] = {}
-    if isinstance(experiment.free, Mapping):
-        raise ValueError("Argument `free` must be a list of names; `model` has the values.")
     for argument, names in asked.items():
-        if isinstance(names, str):
-            raise ValueError(f"Argument `{argument}` must be a list of names: ['{names}'].")
         for name in names:
             check_known(name, known)
             if seen.setdefault(name, argument) != argument:
                 raise ValueError(f"`{name}` is in both `{seen[name]}` and `{argument}`.")
-    if isinstance(experiment.fixed, Mapping):
-        for name, value in experiment.fixed.items():
+    for name in experiment.priors:
+        check_known(name, known)
+    for name, value in experiment.fixed.items():
+        if value is not None:
             check_value(name, value, known[name].allowed)
-    at = {name: handle.get(system) for name, handle in known.items() if name not in experiment.ties}
-    for name, tie in experiment.ties.items():
+    at = {name: handle.get(system) for name, handle in known.items() if name not in ties}
+    for name, tie in ties.items():
         try:
             value = jnp.asarray(tie(at))
         except KeyError as error:

@@ -1,42 +1,117 @@
-"""One recording and what stands behind it."""
+"""Experiment: one recording and all that is said about it."""
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
-from typing import NamedTuple
 
-from jaxtyping import ArrayLike
+import equinox as eqx
+from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.initial_state import InitialState
+from impactjax._model.initial_state import InitialState, check_angle
+from impactjax._parameter import as_parameter
 from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
-from impactjax._problem.problem import Simulation, Tie
-from impactjax._record.recording import AnyRecording
+from impactjax._problem.prior import Normal
+from impactjax._problem.problem import Tie
+from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._refusal import check_kind, of_kind
 from impactjax._sensor.sensor import Sensor
+from impactjax._simulate.simulation import Simulation
 
-Fixed = Sequence[str] | Mapping[str, ArrayLike]
+Fixed = Sequence[str] | Mapping[str, ArrayLike | None]
+_MODEL = "ImpactOscillator(Pendulum(13.0), Stop(Restitution(0.7)))"
 
 
-class Experiment(NamedTuple):
-    """One recording and what stands behind it; the terms are those of `fit`.
+class Experiment(eqx.Module):
+    """One recording and all that is said about it: the argument of every verb.
 
-    - `model`: the system, with starting values.
+    The parameters' values in `model`, `initial` and `sensor` are where a search starts. What is
+    usually measured otherwise (masses, lengths, gravity, gaps, the sensor) is left alone unless it
+    is asked for by `free`.
+
+    **Arguments:**
+
+    - `model`: the system.
     - `recording`: what was measured.
-    - `initial`: starting values of the state at the first sample or impact.
+    - `initial`: the state at the first sample or impact.
     - `sensor`: what stands between motion and recording; nothing if `None`.
-    - `fixed`: names of parameters to leave alone, or their values by name.
+    - `fixed`: names of parameters to leave alone, or their values by name: `{"zeta": 0.0017}`;
+      `None` as a value is that of the model.
     - `free`: names of parameters to fit although they are usually known.
-    - `ties`: parameters that follow from others of this experiment.
-    - `simulation`, `loss`, `noise`: how it is simulated, and what is assumed of its residuals.
+    - `ties`: parameters that follow from the others, each a function of all parameters by name:
+      `{"upper_r": lambda at: at["lower_r"]}`.
+    - `priors`: what is known of parameters from elsewhere, by name.
+    - `loss`: how much a residual counts: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` where some
+      samples are far off.
+    - `noise`: what the errors assume of the residuals.
+    - `simulation`: settings of the simulation.
+
+    **Raises** `TypeError` for an argument of another kind, and `ValueError` for an angle that looks
+    like degrees.
     """
 
-    model: ImpactOscillator
-    recording: AnyRecording
-    initial: InitialState
-    sensor: Sensor | None = None
-    fixed: Fixed = ()
-    free: Sequence[str] = ()
-    ties: Mapping[str, Tie] = MappingProxyType({})
-    simulation: Simulation = Simulation()
-    loss: AbstractLoss = Squares()
-    noise: AbstractNoise = AutoregressiveNoise()
+    model: ImpactOscillator = eqx.field(converter=of_kind("model", ImpactOscillator, _MODEL))
+    recording: AbstractRecording = eqx.field(
+        converter=of_kind("recording", AbstractRecording, "Recording(ts, values, Angle())")
+    )
+    initial: InitialState = eqx.field(
+        converter=of_kind("initial", InitialState, "InitialState(0.78)")
+    )
+    sensor: Sensor = eqx.field(converter=lambda given: _as_sensor(given), default=None)
+    fixed: dict[str, Float[Array, "..."] | None] = eqx.field(
+        converter=lambda given: _as_fixed(given), default_factory=dict
+    )
+    free: tuple[str, ...] = eqx.field(
+        converter=lambda given: _as_names("free", given), default=(), static=True
+    )
+    ties: tuple[tuple[str, Tie], ...] = eqx.field(
+        converter=lambda given: _as_ties(given), default=(), static=True
+    )
+    priors: dict[str, Normal] = eqx.field(
+        converter=lambda given: _as_priors(given), default_factory=dict
+    )
+    loss: AbstractLoss = eqx.field(
+        converter=of_kind("loss", AbstractLoss, "Cauchy(0.01)"), default=Squares()
+    )
+    noise: AbstractNoise = eqx.field(
+        converter=of_kind("noise", AbstractNoise, "WhiteNoise()"), default=AutoregressiveNoise()
+    )
+    simulation: Simulation = eqx.field(
+        converter=of_kind("simulation", Simulation, "Simulation(max_impacts=128)"),
+        default=Simulation(),
+    )
+
+    def __check_init__(self) -> None:
+        check_angle(self.model.oscillator, self.initial)
+
+
+def _as_sensor(given: Sensor | None) -> Sensor:
+    if given is None:
+        return Sensor()
+    check_kind("sensor", given, Sensor, "Sensor(low_pass=Butterworth(50.0))")
+    return given
+
+
+def _as_names(argument: str, given: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(given, str):
+        raise TypeError(f"Argument `{argument}` must be a list of names: ['{given}'].")
+    if isinstance(given, Mapping):
+        raise TypeError(f"Argument `{argument}` must be a list of names; `model` has the values.")
+    for name in given:
+        check_kind(argument, name, str, "'offset'")
+    return tuple(given)
+
+
+def _as_fixed(given: Fixed) -> dict[str, Float[Array, "..."] | None]:
+    if not isinstance(given, Mapping):
+        return dict.fromkeys(_as_names("fixed", given))
+    return {name: None if v is None else as_parameter(v) for name, v in given.items()}
+
+
+def _as_ties(given: Mapping[str, Tie] | tuple[tuple[str, Tie], ...]) -> tuple[tuple[str, Tie], ...]:
+    return tuple(dict(given).items())
+
+
+def _as_priors(given: Mapping[str, Normal]) -> dict[str, Normal]:
+    for prior in given.values():
+        check_kind("priors", prior, Normal, "Normal(0.071, 0.001)")
+    return dict(given)

@@ -11,30 +11,14 @@ from jaxtyping import Array, Float, Int, Key
 
 from impactjax._known import namespace
 from impactjax._optimise.minimiser import Matrix, Vector
-from impactjax._parameter import Requirement, as_parameter, is_positive, raise_if_violated
 from impactjax._problem.loss import AbstractLoss, Residuals
 from impactjax._problem.noise import AbstractNoise, Jacobian, Scores
 from impactjax._problem.parameters import Handle
+from impactjax._problem.prior import Normal
 from impactjax._problem.problem import AbstractProblem, Answer, Assumed, Problem
-from impactjax._record.recording import Valid
+from impactjax._record.abstract_recording import Valid
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Flag, Scalar
-
-
-class Normal(eqx.Module):
-    """What is known of a parameter beforehand: a normal distribution.
-
-    **Arguments:**
-
-    - `mean`, `sigma`: in the parameter's unit.
-    """
-
-    mean: Float[Array, "..."] = eqx.field(converter=as_parameter)
-    sigma: Float[Array, "..."] = eqx.field(converter=as_parameter)
-
-    def __check_init__(self) -> None:
-        mean = Requirement(jnp.isfinite(self.mean), "Argument `mean` must be finite")
-        raise_if_violated(self, [mean, is_positive("sigma", self.sigma)])
 
 
 class JointProblem(AbstractProblem):
@@ -105,11 +89,11 @@ class JointProblem(AbstractProblem):
     def is_classical(self) -> bool:
         return all(each.is_classical() for each in self.problems)
 
-    def moved(self, rows: Float[Array, " observations"]) -> "JointProblem":
+    def shifted(self, rows: Float[Array, " observations"]) -> "JointProblem":
         """What is known beforehand moves too."""
         *parts, known = _blocks(rows, self._lengths)
         problems = [
-            each.moved(part * size)
+            each.shifted(part * size)
             for each, part, size in zip(self.problems, parts, self.sizes, strict=True)
         ]
         priors = [
@@ -136,6 +120,24 @@ class JointProblem(AbstractProblem):
     @property
     def sizes_found(self) -> int:
         return sum(each.sizes_found for each in self.problems)
+
+    def starting_values(self) -> list[Scalar]:
+        found: dict[int, Scalar] = {}
+        for problem, places in zip(self.problems, self.places, strict=True):
+            for place, value in zip(places, problem.starting_values(), strict=True):
+                found.setdefault(place, value)
+        return [found[place] for place in range(len(self.names))]
+
+    def residuals(self, values: Vector) -> Residuals:
+        rows = [
+            problem.residuals(values[jnp.array(own)]) / size
+            for problem, own, size in zip(self.problems, self.places, self.sizes, strict=True)
+        ]
+        known = [
+            ((values[index] - prior.mean) / prior.sigma)[None]
+            for prior, index in zip(self.priors, self.asked, strict=True)
+        ]
+        return jnp.concatenate([*rows, *known])
 
     def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
         """Rows of the impact log are filled up so that all logs have as many."""

@@ -8,33 +8,12 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import ArrayLike
 
-from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.initial_state import InitialState
 from impactjax._model.stop import Stop
-from impactjax._parameter import Range, as_parameter, parameter, ranges
-from impactjax._sensor.sensor import Sensor
-from impactjax._types import Scalar, Time
+from impactjax._parameter import Range, ranges
+from impactjax._sensor.system import System
+from impactjax._types import Scalar
 
 Part = TypeVar("Part", bound=eqx.Module)
-
-
-class Start(eqx.Module):
-    """When a run starts.
-
-    - `t0`: time of the initial state [s].
-    """
-
-    t0: Time = eqx.field(converter=as_parameter, metadata=parameter("s", known=True))
-
-
-class System(eqx.Module):
-    """What a fit is about; `unit` is that of the recording."""
-
-    model: ImpactOscillator
-    initial: InitialState
-    start: Start
-    sensor: Sensor
-    unit: str = eqx.field(static=True, default="")
 
 
 class Handle(NamedTuple):

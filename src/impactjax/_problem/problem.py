@@ -1,4 +1,9 @@
-"""What a fit minimises: the residuals of a system against a recording."""
+"""Residuals of a system against a recording, as a function of named parameters.
+
+A problem is all that a search, a sampler or another optimiser needs: `names`, `start`,
+`residuals(values)` and `log_density(values)` in the parameters' own units, and `values(u)` and
+`unbounded(values)` between these and unbounded coordinates.
+"""
 
 import abc
 import dataclasses
@@ -18,15 +23,13 @@ from impactjax._parameter import Range
 from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.misfit import misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
-from impactjax._problem.parameters import Handle, System, handles, replaced
-from impactjax._record.recording import AnyRecording, ImpactTimes, Recording, Valid
-from impactjax._simulate.chatter import Chatter
+from impactjax._problem.parameters import Handle, handles, replaced
+from impactjax._record.abstract_recording import AbstractRecording, Residuals, Valid
+from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
-from impactjax._simulate.simulate import simulate, simulate_logged
-from impactjax._simulate.step import AbstractStep
+from impactjax._simulate.simulation import Simulation
 from impactjax._types import Flag, Scalar
 
-Residuals = Float[Array, " observations"]
 Own = TypeVar("Own")
 Tie = Callable[[Mapping[str, Scalar]], ArrayLike]
 
@@ -37,15 +40,6 @@ class Answer(NamedTuple):
     residuals: Residuals  # simulated minus recorded, in the recording's SI unit; 0 if not valid
     impacts: ImpactLog  # zeros if it was not asked for
     jacobian: Float[Array, "observations parameters"] | None = None  # if it was asked for
-
-
-class Simulation(eqx.Module):
-    """How a fit simulates; see `simulate`."""
-
-    tolerance: float | None = eqx.field(default=None, static=True)
-    max_steps: int = eqx.field(default=512, static=True)
-    max_impacts: int = eqx.field(default=64, static=True)
-    step: AbstractStep | None = None
 
 
 class Assumed(NamedTuple):
@@ -87,6 +81,16 @@ class AbstractProblem(eqx.Module):
         """
 
     @abc.abstractmethod
+    def starting_values(self) -> list[Scalar]:
+        """The value of each parameter from which a search starts."""
+
+    @abc.abstractmethod
+    def residuals(self, values: Vector) -> Residuals:
+        """Simulated minus recorded in the SI unit, or in sizes of the noise if several recordings
+        are fitted; 0 where an observation does not count.
+        """
+
+    @abc.abstractmethod
     def variance(self) -> Scalar | None:
         """Variance of a residual, if it is known."""
 
@@ -95,7 +99,7 @@ class AbstractProblem(eqx.Module):
         """Whether the errors are those of least squares under independent noise of known size."""
 
     @abc.abstractmethod
-    def moved(self, rows: Residuals) -> "AbstractProblem":
+    def shifted(self, rows: Residuals) -> "AbstractProblem":
         """The problem with so much taken from what was recorded: the residuals grow by it."""
 
     @abc.abstractmethod
@@ -127,6 +131,29 @@ class AbstractProblem(eqx.Module):
         """Which residuals count in each first part of the time."""
         each = [self.first(share) for share in shares]
         return namespace(*each).stack(each)
+
+    @property
+    def start(self) -> Vector:
+        """The values from which a search starts, in the parameters' own units."""
+        return jnp.stack([jnp.asarray(value) for value in self.starting_values()])
+
+    def log_density(self, values: Vector) -> Scalar:
+        """Logarithm of the likelihood of independent residuals, and of prior densities:
+
+        −Σ ρ(r)/σ² − n log(σ √(2 π)), with the loss ρ(r) = r²/2 for least squares,
+
+        at the most likely size σ of the noise where that is not known. −∞ where a value is out of
+        range or nothing can be simulated.
+        """
+        residuals = self.residuals(values)
+        n = self.observations.astype(residuals.dtype)
+        cost = jnp.sum(self.assumed().loss.cost(residuals))
+        known = self.variance()
+        variance = 2 * cost / n if known is None else known
+        density = -cost / variance - n * jnp.log(2 * jnp.pi * variance) / 2 - self.log_units
+        inside = [allowed.holds(values[i]) for i, allowed in enumerate(self._ranges())]
+        possible = jnp.all(jnp.stack(inside)) & jnp.isfinite(density)
+        return jnp.where(possible, density, -jnp.inf)
 
     def values(self, u: Vector) -> Vector:
         """Natural values from the optimiser's unbounded numbers."""
@@ -175,7 +202,7 @@ class Problem(AbstractProblem):
     """
 
     system: System
-    recording: AnyRecording
+    recording: AbstractRecording
     names: tuple[str, ...] = eqx.field(static=True)
     simulation: Simulation = Simulation()
     loss: AbstractLoss = Squares()
@@ -206,10 +233,8 @@ class Problem(AbstractProblem):
     def is_classical(self) -> bool:
         return self.variance() is not None and isinstance(self.loss, Squares)
 
-    def moved(self, rows: Residuals) -> "Problem":
-        if isinstance(self.recording, ImpactTimes):
-            return eqx.tree_at(lambda each: each.recording.times, self, self.recording.times - rows)
-        return eqx.tree_at(lambda each: each.recording.values, self, self.recording.values - rows)
+    def shifted(self, rows: Residuals) -> "Problem":
+        return dataclasses.replace(self, recording=self.recording.shifted(rows))
 
     def misfit(self, residuals: Residuals) -> Scalar:
         return misfit(self.recording, residuals)
@@ -238,10 +263,14 @@ class Problem(AbstractProblem):
         return replaced(system, tied, [tie(at) for _, tie in self.ties])
 
     def simulated(self, system: System, logged: Flag | None = None) -> Answer:
-        """What a simulation of a system says about the recording."""
-        if isinstance(self.recording, ImpactTimes):
-            return _of_impact_times(system, self.recording, self.simulation)
-        return _of_samples(system, self.recording, self.simulation, logged)
+        """Residuals of a simulated system, without their Jacobian."""
+        return Answer(*self.recording.residuals(system, self.simulation, logged))
+
+    def starting_values(self) -> list[Scalar]:
+        return [handle.get(self.system) for handle in self.handles().values()]
+
+    def residuals(self, values: Vector) -> Residuals:
+        return self.simulated(self.system_with(values)).residuals
 
     def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
         def residuals(values: Vector) -> tuple[Residuals, Answer]:
@@ -256,45 +285,3 @@ def _size(count: int) -> int:
     """The next of the numbers 8, 12, 16, 24, 32, ... and so on."""
     power = 8 << max(math.ceil(math.log2(count / 8)), 0)
     return power * 3 // 4 if count <= power * 3 // 4 and power > 8 else power
-
-
-def _of_samples(
-    system: System, recording: Recording, simulation: Simulation, logged: Flag | None
-) -> Answer:
-    ts = system.sensor.sampled(recording.ts)
-    trajectory = simulate_logged(
-        system.model,
-        system.initial,
-        ts,
-        t0=system.start.t0 - system.sensor.delay,
-        step=simulation.step,
-        tolerance=simulation.tolerance,
-        max_steps=simulation.max_steps,
-        max_impacts=simulation.max_impacts,
-        chatter=Chatter(),
-        logged=logged,
-    )
-    shown = system.sensor.shown(system.model, trajectory, recording.quantity)
-    residuals = jnp.where(recording.valid, shown - recording.values, 0.0)
-    return Answer(residuals, trajectory.impacts)
-
-
-def _of_impact_times(system: System, recording: ImpactTimes, simulation: Simulation) -> Answer:
-    """The run starts at the first impact; the others are those of its impact log."""
-    times = recording.times
-    count = times.shape[0]
-    trajectory = simulate(
-        system.model,
-        system.initial,
-        (2 * recording.last - times[0])[None],
-        t0=system.start.t0,
-        step=simulation.step,
-        tolerance=simulation.tolerance,
-        max_steps=simulation.max_steps,
-        max_impacts=count - 1,
-    )
-    simulated = jnp.concatenate([system.start.t0[None], trajectory.impacts.time])
-    happened = jnp.concatenate([jnp.ones(1, bool), trajectory.impacts.happened])
-    late = jnp.where(happened, simulated + system.sensor.delay - times, jnp.nan)
-    residuals = jnp.where(recording.valid, late, 0.0)
-    return Answer(residuals, trajectory.impacts)

@@ -6,15 +6,17 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.array_table import ARRAY_SUFFIXES, read_array_table
 from impactjax._record.averaging import MOST, averaged, blurs, group_size
 from impactjax._record.clipping import clipped
 from impactjax._record.columns import columns, unused
 from impactjax._record.file_error import FileError
+from impactjax._record.impact_times import ImpactTimes
 from impactjax._record.missed_impacts import heard
 from impactjax._record.onsets import read_onsets
 from impactjax._record.outliers import spikes
-from impactjax._record.recording import AnyRecording, ImpactTimes, Recording
+from impactjax._record.recording import Recording
 from impactjax._record.sidecar import Sidecar, read_sidecar
 from impactjax._record.table import Table, numbers, numbers_and_gaps
 from impactjax._record.text_table import read_text_table
@@ -22,28 +24,26 @@ from impactjax._sensor.quantity import (
     IMPACT_TIME,
     QUANTITIES,
     AbstractQuantity,
-    Angle,
-    Displacement,
 )
 
 _BY_NAME: dict[str, AbstractQuantity] = {quantity.name: quantity for quantity in QUANTITIES}
 _MANY = 4  # times that are listed one by one
 
 
-class File(NamedTuple):
+class RecordingFile(NamedTuple):
     """A recording and what its sidecar says.
 
     - `notes`: sentences on what was left out, filled in or averaged.
     """
 
     path: Path
-    recording: AnyRecording
+    recording: AbstractRecording
     sidecar: Sidecar
     sidecar_path: Path | None
     notes: tuple[str, ...] = ()
 
 
-def read_recording(path: Path, sidecar_path: Path | None = None) -> File:
+def read_recording(path: str | Path, sidecar_path: str | Path | None = None) -> RecordingFile:
     """A recording from a file, with the help of the sidecar beside it if there is one.
 
     Text (commas, semicolons, tabs or blanks between columns), NumPy, MATLAB, HDF5 and NetCDF files
@@ -53,6 +53,8 @@ def read_recording(path: Path, sidecar_path: Path | None = None) -> File:
 
     Raises `FileError`, whose message is one sentence with file, line and remedy.
     """
+    path = Path(path)
+    sidecar_path = None if sidecar_path is None else Path(sidecar_path)
     beside = path.parent / f"{path.stem}.toml"
     if sidecar_path is None and beside != path and beside.is_file():
         sidecar_path = beside
@@ -61,7 +63,7 @@ def read_recording(path: Path, sidecar_path: Path | None = None) -> File:
         recording, notes = _impact_times(path, read_onsets(path), sidecar)
     else:
         recording, notes = _recording(_table(path, sidecar.read.skip_rows), sidecar)
-    return File(path, recording, sidecar, sidecar_path, tuple(notes))
+    return RecordingFile(path, recording, sidecar, sidecar_path, tuple(notes))
 
 
 def _table(path: Path, skip_rows: int) -> Table:
@@ -70,7 +72,7 @@ def _table(path: Path, skip_rows: int) -> Table:
     return read_text_table(path, skip_rows)
 
 
-def _recording(table: Table, sidecar: Sidecar) -> tuple[AnyRecording, list[str]]:
+def _recording(table: Table, sidecar: Sidecar) -> tuple[AbstractRecording, list[str]]:
     time, observed = columns(table, sidecar.read)
     if observed.quantity == IMPACT_TIME:
         times = numbers(table, observed.position) * observed.factor
@@ -117,7 +119,7 @@ def _samples(
     if beyond.any():
         notes.append(f"{_count(beyond, 'sample')} clipped and left out.")
     valid &= ~beyond
-    if isinstance(quantity, Angle | Displacement):
+    if quantity.is_place:
         wrong = np.zeros(len(valid), bool)
         wrong[valid] = spikes(values[valid])
         if wrong.any():

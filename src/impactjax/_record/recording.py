@@ -1,22 +1,43 @@
-"""What was measured."""
+"""A quantity sampled in time."""
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
-from jaxtyping import Array, ArrayLike, Bool, Float, Int
+from jaxtyping import ArrayLike
 
-from impactjax._known import AnyArray, namespace
+from impactjax._first_look.first_look import FirstLook, look_at_motion
+from impactjax._first_look.hand_release import release
+from impactjax._known import namespace
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.oscillator import AbstractOscillator
 from impactjax._parameter import as_parameter, plain
+from impactjax._record.abstract_recording import (
+    AbstractRecording,
+    Curves,
+    Instants,
+    Number,
+    Residuals,
+    Valid,
+    check_increasing,
+    check_list,
+    counted,
+)
+from impactjax._refusal import check_kind
+from impactjax._results import RESULTS
 from impactjax._sensor.quantity import AbstractQuantity
-from impactjax._types import Samples
-
-Valid = Bool[AnyArray, " observations"]
+from impactjax._sensor.sensor import Sensor
+from impactjax._sensor.system import System
+from impactjax._simulate.chatter import Chatter
+from impactjax._simulate.impact_log import ImpactLog
+from impactjax._simulate.simulate import simulate_logged
+from impactjax._simulate.simulation import Simulation
+from impactjax._simulate.trajectory import Trajectory
+from impactjax._types import Flag, Samples, Scalar
 
 _PADDING = 1e-3  # distance of samples that only fill up, relative to the others'
 
 
-class Recording(eqx.Module):
+class Recording(AbstractRecording):
     """A quantity sampled in time.
 
     **Arguments:**
@@ -46,30 +67,107 @@ class Recording(eqx.Module):
     ) -> None:
         self.ts = as_parameter(ts)
         self.values = as_parameter(values)
+        check_kind("quantity", quantity, AbstractQuantity, "Angle()")
         self.quantity = quantity
-        _check_list("ts", self.ts, self.ts.shape)
-        _check_list("values", self.values, self.ts.shape)
-        _check_increasing("ts", self.ts)
-        self.valid = _counted(self.values, valid)
+        check_list("ts", self.ts, self.ts.shape)
+        check_list("values", self.values, self.ts.shape)
+        check_increasing("ts", self.ts)
+        self.valid = counted(self.values, valid)
 
-    def between(self, begin: float, end: float) -> "Recording":
-        """The samples from one time to another [s]."""
-        kept = (self.ts >= begin) & (self.ts <= end)
-        return Recording(self.ts[kept], self.values[kept], self.quantity, self.valid[kept])
+    @property
+    def instants(self) -> Instants:
+        return self.ts
 
-    def first(self, share: float) -> "Recording":
-        """The recording with only the samples of the first part of its time counted."""
-        return Recording(self.ts, self.values, self.quantity, self.within(share))
+    @property
+    def end(self) -> Number:
+        return self.ts[-1]
+
+    @property
+    def usual_oscillator(self) -> str:
+        if self.quantity.is_carried:
+            return "bouncing-ball"
+        return "pendulum" if self.quantity.of_angle else "linear-oscillator"
+
+    def suits(self, oscillator: AbstractOscillator) -> bool:
+        return self.quantity.of_angle in (None, oscillator.is_angle())
+
+    @property
+    def observed(self) -> str:
+        return self.quantity.name
+
+    @property
+    def unit(self) -> str:
+        return self.quantity.unit
+
+    @property
+    def shown(self) -> tuple[str, float]:
+        unit = self.quantity.shown
+        return unit, 1 / self.quantity.units[unit]
+
+    @property
+    def axis(self) -> tuple[np.ndarray, str]:
+        return np.asarray(self.ts), "time [s]"
+
+    @property
+    def observes_impacts(self) -> bool:
+        return False
+
+    @property
+    def shows_place(self) -> bool:
+        return self.quantity.is_place
+
+    def curves(self, residuals: np.ndarray) -> Curves:
+        unit, factor = self.shown
+        values = np.where(np.asarray(self.valid), np.asarray(self.values), np.nan) * factor
+        fitted = values + residuals * factor
+        at, across = self.axis
+        return Curves(at, values, fitted, across, f"{self.observed} [{unit}]", dense=True)
+
+    def check_suits(self, model: ImpactOscillator) -> None:
+        self.quantity.check_suits(model)
+
+    def residuals(
+        self, system: System, simulation: Simulation, logged: Flag | None
+    ) -> tuple[Residuals, ImpactLog]:
+        trajectory = self._simulated(system, simulation, logged)
+        shown = system.sensor.shown(system.model, trajectory, self.quantity)
+        return jnp.where(self.valid, shown - self.values, 0.0), trajectory.impacts
+
+    def result(self, system: System, simulation: Simulation) -> RESULTS:
+        return self._simulated(system, simulation, None).result
+
+    def _simulated(self, system: System, simulation: Simulation, logged: Flag | None) -> Trajectory:
+        return simulate_logged(
+            system.model,
+            system.initial,
+            system.sensor.sampled(self.ts),
+            t0=system.start.t0 - system.sensor.delay,
+            step=simulation.step,
+            tolerance=simulation.tolerance,
+            max_steps=simulation.max_steps,
+            max_impacts=simulation.max_impacts,
+            chatter=Chatter(),
+            logged=logged,
+        )
+
+    def shifted(self, rows: Residuals) -> "Recording":
+        return eqx.tree_at(lambda each: each.values, self, self.values - rows)
 
     def within(self, share: float) -> Valid:
-        """Which samples count in the first part of the time."""
         ts = plain(self.ts)
         return plain(self.valid) & (ts - ts[0] <= share * (ts[-1] - ts[0]))
 
+    def truncated(self, share: float) -> "Recording":
+        return Recording(self.ts, self.values, self.quantity, self.within(share))
+
+    def between(self, begin: float, end: float) -> "Recording":
+        kept = (self.ts >= begin) & (self.ts <= end)
+        return Recording(self.ts[kept], self.values[kept], self.quantity, self.valid[kept])
+
+    def turned(self) -> "Recording":
+        return eqx.tree_at(lambda each: each.values, self, -plain(self.values))
+
     def padded(self, count: int) -> "Recording":
-        """The recording with samples after its end, which do not count, up to a number of them:
-        recordings of one length share one compiled program.
-        """
         more = count - self.ts.shape[0]
         if more <= 0:
             return self
@@ -84,102 +182,51 @@ class Recording(eqx.Module):
             xp.pad(valid, (0, more)),
         )
 
-    @property
-    def observations(self) -> Int[AnyArray, "..."]:
-        """How many samples count."""
-        return self.valid.sum(axis=-1)
-
-
-class ImpactTimes(eqx.Module):
-    """The times of successive impacts, as heard or seen.
-
-    **Arguments:**
-
-    - `times`: strictly increasing [s].
-    - `valid`: which of them count; all if left out. An impact that was missed has a row that does
-      not, so that those after it keep their number; NaN does not count either. The first impact is
-      one whose time is known.
-
-    **Raises** `ValueError` for lists that are empty or not of one length, and for times that do not
-    increase.
-    """
-
-    times: Float[Array, " impacts"]
-    valid: Valid
-
-    def __init__(self, times: ArrayLike, valid: ArrayLike | None = None) -> None:
-        self.times = as_parameter(times)
-        _check_list("times", self.times, self.times.shape)
-        self.valid = _counted(self.times, valid)
-        if not isinstance(self.times, Tracer):
-            times = np.asarray(self.times)
-            if not np.isfinite(times[0]):
-                raise ValueError("The first of the impact times has to be known: begin with it.")
-            _check_increasing("times", times[np.isfinite(times)])
-
-    def padded(self, count: int) -> "ImpactTimes":
-        """The impact times with later ones, unknown, up to a number of them."""
-        times, valid = plain(self.times), plain(self.valid)
-        xp, more = namespace(times, valid), max(count - times.shape[0], 0)
-        unknown = xp.pad(times, (0, more), constant_values=np.nan)
-        return ImpactTimes(unknown, xp.pad(valid, (0, more)))
+    def span(self) -> tuple[float, float]:
+        values = np.asarray(self.values)[np.asarray(self.valid)]
+        return float(values.min()), float(values.max())
 
     @property
-    def last(self) -> Float[Array, ""]:
-        """The latest time that is known [s]."""
-        return jnp.nanmax(self.times)
+    def shows_fall(self) -> bool:
+        return self.quantity.is_felt
 
-    def first(self, share: float) -> "ImpactTimes":
-        """The impacts with only those in the first part of the time counted."""
-        return ImpactTimes(self.times, self.within(share))
+    def variation(self) -> Scalar:
+        values = jnp.where(self.valid, self.values, 0.0)
+        mean = jnp.sum(values) / jnp.sum(self.valid).astype(values.dtype)
+        return jnp.sum(jnp.where(self.valid, values - mean, 0.0) ** 2)
 
-    def within(self, share: float) -> Valid:
-        """Which impacts count in the first part of the time."""
-        times = plain(self.times)
-        last = namespace(times).nanmax(times)
-        return plain(self.valid) & (times - times[0] <= share * (last - times[0]))
+    def first_look(
+        self, oscillator: AbstractOscillator, gap: float = 0.0, sensor: Sensor | None = None
+    ) -> FirstLook:
+        own = self if sensor is None else self._before(sensor)
+        ts, values = own._without_gaps()
+        places = self.quantity.coordinate(ts, values, oscillator)
+        return look_at_motion(ts, places, oscillator, gap, own._contact_duration())
 
-    @property
-    def observations(self) -> Int[AnyArray, "..."]:
-        """How many impacts count."""
-        return self.valid.sum(axis=-1)
+    def free_part(self, look: FirstLook) -> tuple[float, float] | None:
+        ts, values, valid = (np.asarray(x) for x in (self.ts, self.values, self.valid))
+        if self.shows_fall:
+            return self.quantity.free_fall(ts, values, valid)
+        places = self.quantity.coordinate(*self._without_gaps(), look.oscillator)
+        return release(ts, places, valid, look)
 
+    def _before(self, sensor: Sensor) -> "Recording":
+        """What a sensor was shown, by its gain and offset."""
+        values = (plain(self.values) - plain(sensor.offset)) / plain(sensor.gain)
+        return eqx.tree_at(lambda each: each.values, self, values)
 
-AnyRecording = Recording | ImpactTimes
+    def _without_gaps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times, and values with straight lines across what does not count."""
+        ts, valid = np.asarray(self.ts), np.asarray(self.valid)
+        return ts, np.interp(ts, ts[valid], np.asarray(self.values)[valid])
 
-
-def _check_list(name: str, values: Array, shape: tuple[int, ...]) -> None:
-    if values.ndim != 1 or values.size == 0:
-        raise ValueError(
-            f"Argument `{name}` must be a list of at least one number, but its shape is "
-            f"{values.shape}."
-        )
-    if values.shape != shape:
-        raise ValueError(
-            f"There are {values.shape[0]} `{name}` for {shape[0]} times; there must be as many."
-        )
-
-
-def _check_increasing(name: str, times: Array | np.ndarray) -> None:
-    if isinstance(times, Tracer):
-        return
-    wrong = ~(np.diff(np.asarray(times)) > 0)
-    if wrong.any():
-        where = int(np.argmax(wrong))
-        raise ValueError(
-            f"Argument `{name}` must increase strictly, but {times[where + 1]} follows "
-            f"{times[where]}."
-        )
-
-
-def _counted(values: Array, valid: ArrayLike | None) -> Valid:
-    finite = abs(plain(values)) < np.inf
-    if valid is None:
-        return jnp.asarray(finite)
-    mask = plain(jnp.asarray(valid))
-    if mask.dtype != bool or mask.shape != values.shape:
-        raise ValueError(
-            f"Argument `valid` must be true or false for each of {len(values)} observations, but "
-            f"it is {mask.dtype} of shape {mask.shape}."
-        )
-    return jnp.asarray(finite & mask)
+    def _contact_duration(self) -> float | None:
+        """Duration of a contact [s] that shows as a pulse: that of half a sine as wide as the
+        pulses are at half their heights.
+        """
+        ts, values = self._without_gaps()
+        pulses = [values[begin:end] for begin, end in self.quantity.contacts(values)]
+        if not pulses:
+            return None
+        samples = np.median([np.count_nonzero(pulse > pulse.max() / 2) for pulse in pulses])
+        return 1.5 * float(samples * np.median(np.diff(ts)))

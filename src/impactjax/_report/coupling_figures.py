@@ -9,7 +9,6 @@ from impactjax._fit.estimate import Estimate
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.information import Information
 from impactjax._identify.words import findings
-from impactjax._record.recording import ImpactTimes
 from impactjax._report.style import FITTED, LAWS, OTHER
 
 if TYPE_CHECKING:
@@ -62,16 +61,14 @@ def plot_sensitivities(ax: "Axes", estimate: Estimate) -> "Axes":
     sample by sample.
     """
     told = identifiability(estimate)
-    recording = estimate.problem.recording
-    by_times = isinstance(recording, ImpactTimes)
-    at = np.arange(recording.times.shape[0]) if by_times else np.asarray(recording.ts)
+    at, label = estimate.problem.recording.axis
     for name, column, color in zip(
         told.names, np.asarray(told.sensitivities).T, cycle(LAWS), strict=False
     ):
         ax.plot(at, 0.01 * column, color=color, linewidth=1, label=name)
     ax.axhline(0, color="black", linewidth=0.5)
     ax.set_yscale("symlog", linthresh=0.1)
-    ax.set(xlabel="impact number" if by_times else "time [s]", ylabel="noise sizes per 1 %")
+    ax.set(xlabel=label, ylabel="noise sizes per 1 %")
     ax.legend(
         frameon=False, fontsize="small", ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0)
     )

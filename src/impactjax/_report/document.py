@@ -3,22 +3,20 @@
 import importlib.metadata
 import math
 import platform
-from collections.abc import Mapping, Sequence
-from itertools import groupby
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from jaxtyping import ArrayLike
 
-from impactjax._compare.compare import Fitted
+from impactjax._compare.compare import Comparison, Fitted
 from impactjax._compare.ranking import differences, rejected
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
-from impactjax._identify.residual_diagnostics import residuality
+from impactjax._identify.residual_diagnostics import residual_diagnostics
 from impactjax._identify.words import coupling, findings
 from impactjax._problem.parameters import handles
-from impactjax._record.recording import ImpactTimes
 from impactjax._report.given import OwnValue, given, is_assumed
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import residual_sentences
@@ -27,26 +25,14 @@ from impactjax._report.rows import corrected_aic
 _PACKAGES = ("impactjax", "jax", "jaxlib", "diffrax", "numpy", "scipy")
 
 
-def document(
-    fits: Sequence[tuple[str, Fitted]], seed: int, notes: Mapping[str, Sequence[str]]
-) -> dict[str, Any]:
-    """The content of `fit.json`: fits with the name of their recording, what made them, and what
-    was left out of each recording.
-    """
-    names = list(dict.fromkeys(name for name, _ in fits))
-    groups = groupby(fits, key=lambda named: named[0])
-    against_best = [
-        each for _, group in groups for each in _against_best([fitted for _, fitted in group])
-    ]
+def document(comparisons: Sequence[Comparison]) -> dict[str, Any]:
+    """The content of `fit.json`: all fits, what made them, and what was done to each recording."""
     return {
-        "recording": ", ".join(names),
-        "fits": [
-            {"recording": name, **_fit(fitted), "aic_behind": by, "rejected": out}
-            for (name, fitted), (by, out) in zip(fits, against_best, strict=True)
-        ],
+        "recording": ", ".join(each.name for each in comparisons),
+        "fits": [fit for comparison in comparisons for fit in _fits(comparison)],
         "versions": versions(),
-        "seed": seed,
-        "notes": {name: list(said) for name, said in notes.items()},
+        "seed": comparisons[0].seed,
+        "notes": {each.name: list(each.notes) for each in comparisons},
     }
 
 
@@ -56,25 +42,32 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **found}
 
 
-def _against_best(fits: Sequence[Fitted]) -> list[tuple[float | None, bool]]:
-    """How much worse than the best each fit to a recording is, null where that cannot be told; and
-    whether the best rules it out: then its verdicts tell nothing.
+def _fits(comparison: Comparison) -> list[dict[str, Any]]:
+    """Each fit with how much worse than the best it is, null where that cannot be told, and whether
+    the best rules it out: then its verdicts tell nothing.
     """
-    estimates = [fitted.estimate for fitted in fits]
-    behind = map(_number, differences(estimates))
-    return list(zip(behind, rejected(estimates), strict=True))
+    estimates = [fitted.estimate for fitted in comparison]
+    against_best = zip(comparison, differences(estimates), rejected(estimates), strict=True)
+    return [
+        {
+            "recording": comparison.name,
+            **_fit(fitted),
+            "aic_behind": _number(behind),
+            "rejected": out,
+        }
+        for fitted, behind, out in against_best
+    ]
 
 
 def _fit(fitted: Fitted) -> dict[str, Any]:
     estimate = fitted.estimate
     recording = estimate.problem.recording
-    unit = "s" if isinstance(recording, ImpactTimes) else recording.quantity.unit
     return {
-        "law": fitted.law,
-        "friction": "viscous and dry" if fitted.dry_friction else "viscous",
+        "law": fitted.name,
+        "friction": "viscous and dry" if fitted.is_dry else "viscous",
         "result": _result(estimate),
         "n_samples": int(recording.observations),
-        "rms_residual": {"value": _number(estimate.rms), "unit": unit},
+        "rms_residual": {"value": _number(estimate.rms), "unit": recording.unit},
         "aic": _number(estimate.aic),
         "bic": _number(estimate.bic),
         "seconds": round(fitted.seconds, 3),
@@ -137,7 +130,7 @@ def _coupling(estimate: Estimate) -> dict[str, Any]:
 
 
 def _residuals(estimate: Estimate) -> dict[str, Any]:
-    found = residuality(estimate)
+    found = residual_diagnostics(estimate)
     return {
         "sentences": residual_sentences(estimate),
         "independent": bool(found.independent),

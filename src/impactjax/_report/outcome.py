@@ -1,13 +1,10 @@
 """How a fit ended, in words."""
 
-import jax.numpy as jnp
 import numpy as np
 
 from impactjax._compare.compare import Fitted
 from impactjax._fit.estimate import Estimate
-from impactjax._record.recording import ImpactTimes
 from impactjax._results import RESULTS
-from impactjax._simulate.simulate import simulate
 
 
 def outcome(estimate: Estimate) -> str:
@@ -18,7 +15,9 @@ def outcome(estimate: Estimate) -> str:
         return "converged"
     if was_simulated(estimate):
         return f"not converged after {int(estimate.iterations)} evaluations"
-    reason, *_ = str(RESULTS[_result(estimate)]).split(". ")
+    problem = estimate.problem
+    result = problem.recording.result(estimate.system, problem.simulation)
+    reason, *_ = str(RESULTS[result]).split(". ")
     return f"not simulated: {reason.removesuffix('.')}"
 
 
@@ -32,20 +31,3 @@ def outcome_of(fitted: Fitted) -> str:
 def was_simulated(estimate: Estimate) -> bool:
     """Whether the law could be simulated from any start."""
     return bool(np.isfinite(np.asarray(estimate.start_costs)).any())
-
-
-def _result(estimate: Estimate) -> RESULTS:
-    """What becomes of a simulation at the values where the search ended."""
-    problem, system = estimate.problem, estimate.system
-    recording = problem.recording
-    ts = recording.times[-1:] if isinstance(recording, ImpactTimes) else recording.ts
-    return simulate(
-        system.model,
-        system.initial,
-        jnp.asarray(ts) - system.sensor.delay,
-        t0=system.start.t0 - system.sensor.delay,
-        tolerance=problem.simulation.tolerance,
-        max_steps=problem.simulation.max_steps,
-        max_impacts=problem.simulation.max_impacts,
-        step=problem.simulation.step,
-    ).result

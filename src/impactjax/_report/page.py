@@ -2,19 +2,14 @@
 
 import importlib.resources
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from itertools import groupby
 from typing import Any
 
-import jinja2
-
-from impactjax._compare.compare import Fitted
-from impactjax._compare.laws import NO_LAW
+from impactjax._compare.compare import Comparison, Fitted
 from impactjax._compare.ranking import CLEAR, rejected
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.words import coupling
-from impactjax._record.recording import ImpactTimes
 from impactjax._report.coupling_figures import (
     plot_correlation,
     plot_directions,
@@ -36,51 +31,42 @@ from impactjax._report.rows import (
     ABSENT,
     impact_rows,
     law_rows,
-    name_of,
     rows_with_assumptions,
     sources,
 )
-from impactjax._report.search_figures import plot_first_estimates, plot_starts
+from impactjax._report.search_figures import plot_first_look, plot_starts
 from impactjax._report.words import sentences
 
 
-def page(
-    fits: Sequence[tuple[str, Fitted]],
-    command: str,
-    seed: int,
-    notes: Mapping[str, Sequence[str]],
-) -> str:
-    """A page with figures inside, for fits with the name of their recording, best first; notes say
-    what was done to a recording.
-    """
+def page(comparisons: Sequence[Comparison], command: str) -> str:
+    """A page with figures inside, a section a recording, and the command that made it."""
     template = (
         importlib.resources.files("impactjax._report").joinpath("page.html").read_text("utf-8")
     )
+    import jinja2  # only its users wait for it
+
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    sections = [
-        _section(name, [fitted for _, fitted in group], notes.get(name, ()))
-        for name, group in groupby(fits, key=lambda named: named[0])
-    ]
-    title = "What the impact is made of" if len(sections) > 1 else f"Contact of {fits[0][0]}"
+    several = len(comparisons) > 1
+    title = "What the impact is made of" if several else f"Contact of {comparisons[0].name}"
     return environment.from_string(template).render(
         title=title,
-        sections=sections,
+        sections=[_section(each) for each in comparisons],
         command=command,
-        seed=seed,
+        seed=comparisons[0].seed,
         versions=versions(),
         clear=f"{CLEAR:g}",
-        sources=sources([fitted for _, fitted in fits]),
+        sources=sources([fitted for each in comparisons for fitted in each]),
     )
 
 
-def _section(name: str, fits: list[Fitted], notes: Sequence[str]) -> dict[str, Any]:
-    best = fits[0]
-    estimate, law = best.estimate, name_of(best)
+def _section(comparison: Comparison) -> dict[str, Any]:
+    name, fits, best = comparison.name, comparison.fits, comparison.best
+    estimate, law = best.estimate, best.name
     told = identifiability(estimate)
-    impacts = impact_rows(estimate) if best.law != NO_LAW else []
+    impacts = impact_rows(estimate) if not best.is_free_flight else []
     return {
         "name": name,
-        "sentences": [*notes, *sentences(fits)],
+        "sentences": [*comparison.notes, *sentences(fits)],
         "fit": [
             wide_picture(
                 partial(plot_fit, estimate=estimate), f"{name} with the fit of {law}", 3.6
@@ -92,7 +78,7 @@ def _section(name: str, fits: list[Fitted], notes: Sequence[str]) -> dict[str, A
         "laws": law_rows(fits),
         "restitution": _restitution(name, fits),
         "parameters": [
-            (name_of(each), rows_with_assumptions(each, out))
+            (each.name, rows_with_assumptions(each, out))
             for each, out in zip(fits, rejected([each.estimate for each in fits]), strict=True)
             if was_simulated(each.estimate)
         ],
@@ -104,22 +90,29 @@ def _section(name: str, fits: list[Fitted], notes: Sequence[str]) -> dict[str, A
         "soft": any(row["duration"] != ABSENT for row in impacts),
         "residual_sentences": residual_sentences(estimate),
         "residuals": _residual_pictures(name, best),
-        "search": [
-            picture(
-                partial(plot_first_estimates, estimate=estimate),
-                f"{name} with what was found in it before the fit",
-            ),
-            picture(
-                partial(plot_starts, estimate=estimate),
-                f"Residuals at the end of the search from each start, {law} for {name}",
-            ),
-        ],
+        "search": _search_pictures(comparison),
     }
 
 
-def _restitution(name: str, fits: list[Fitted]) -> Picture | None:
+def _search_pictures(comparison: Comparison) -> list[Picture]:
+    name, best = comparison.name, comparison.best
+    recording = best.estimate.problem.recording
+    ends = picture(
+        partial(plot_starts, estimate=best.estimate),
+        f"Residuals at the end of the search from each start, {best.name} for {name}",
+    )
+    if comparison.first_look is None:
+        return [ends]
+    look = picture(
+        partial(plot_first_look, recording=recording, look=comparison.first_look),
+        f"{name} with what was found in it before the fit",
+    )
+    return [look, ends]
+
+
+def _restitution(name: str, fits: Sequence[Fitted]) -> Picture | None:
     """For the laws that could be fitted; nothing in free flight."""
-    shown = [each for each in fits if each.law != NO_LAW and bool(each.estimate.converged)]
+    shown = [each for each in fits if not each.is_free_flight and bool(each.estimate.converged)]
     if not shown:
         return None
     text = f"Restitution against approach speed, impacts and laws' curves, for {name}"
@@ -127,7 +120,7 @@ def _restitution(name: str, fits: list[Fitted]) -> Picture | None:
 
 
 def _coupling_pictures(name: str, best: Fitted) -> list[Picture]:
-    estimate, law = best.estimate, name_of(best)
+    estimate, law = best.estimate, best.name
     told = identifiability(estimate)
     drawn = [
         (
@@ -152,11 +145,11 @@ def _coupling_pictures(name: str, best: Fitted) -> list[Picture]:
 
 
 def _residual_pictures(name: str, best: Fitted) -> list[Picture]:
-    estimate, law = best.estimate, name_of(best)
+    estimate, law = best.estimate, best.name
     drawn = [
         (plot_autocorrelation, f"Autocorrelation of the residuals of {law} for {name}"),
         (plot_quantiles, f"Normal quantiles of the residuals of {law} for {name}"),
     ]
-    if best.law != NO_LAW and not isinstance(estimate.problem.recording, ImpactTimes):
+    if not best.is_free_flight and not estimate.problem.recording.observes_impacts:
         drawn.append((plot_impact_residuals, f"Residuals after each impact, {law} for {name}"))
     return [picture(partial(draw, estimate=estimate), text) for draw, text in drawn]

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import special
 
 from impactjax._fit.estimate import Estimate
-from impactjax._identify.residual_diagnostics import residuality
+from impactjax._identify.residual_diagnostics import residual_diagnostics
 from impactjax._report.style import FAINT, FITTED, OTHER, RECORDED
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def plot_autocorrelation(ax: "Axes", estimate: Estimate) -> "Axes":
     """Autocorrelation of the residuals; 95 % of those of independent residuals lie in the band."""
-    found = residuality(estimate)
+    found = residual_diagnostics(estimate)
     rho, band = np.asarray(found.autocorrelation), float(found.band)
     lags = np.arange(1, len(rho) + 1)
     ax.axhspan(-band, band, color=FAINT, linewidth=0)
@@ -43,7 +43,7 @@ def plot_impact_residuals(ax: "Axes", estimate: Estimate) -> "Axes":
     of the contact shows here.
     """
     log = estimate.impacts
-    after = np.asarray(residuality(estimate).after_impacts)
+    after = np.asarray(residual_diagnostics(estimate).after_impacts)
     after = after[: int(log.count)] if len(after) == len(log.time) else after
     ax.axhline(1, color=RECORDED, linewidth=2)
     ax.bar(np.arange(1, len(after) + 1), after, color=OTHER, width=0.6)

@@ -1,15 +1,14 @@
 """What the residuals of a fit look like, in sentences.
 
-Each sentence follows from one property of `Residuality`, at one threshold, and gives the number
-that decided with its limit.
+Each sentence follows from one property of `ResidualDiagnostics`, at one threshold, and gives the
+number that decided with its limit.
 """
 
 import numpy as np
 
 from impactjax._fit.estimate import Estimate
-from impactjax._identify.residual_diagnostics import Residuality, residuality
+from impactjax._identify.residual_diagnostics import ResidualDiagnostics, residual_diagnostics
 from impactjax._number_format import apart
-from impactjax._record.recording import ImpactTimes
 from impactjax._report.outcome import was_simulated
 
 _SAME = 0.005  # of a factor: not to be seen in two digits behind the point
@@ -19,11 +18,11 @@ def residual_sentences(estimate: Estimate) -> list[str]:
     """Whether the residuals are what a good law leaves: independent, of one size, normal."""
     if not was_simulated(estimate):
         return ["Nothing could be simulated, so there are no residuals."]
-    found = residuality(estimate)
+    found = residual_diagnostics(estimate)
     return [independence(estimate, found), *_after_impacts(estimate, found), _normality(found)]
 
 
-def independence(estimate: Estimate, found: Residuality) -> str:
+def independence(estimate: Estimate, found: ResidualDiagnostics) -> str:
     """Whether the residuals hang together, and what that does to the errors."""
     if bool(found.independent):
         correlated, runs = _correlations(found), _runs(found)
@@ -38,7 +37,7 @@ def independence(estimate: Estimate, found: Residuality) -> str:
     )
 
 
-def _correlations(found: Residuality) -> list[str]:
+def _correlations(found: ResidualDiagnostics) -> list[str]:
     rho = np.asarray(found.autocorrelation)
     if not rho.any():
         return []
@@ -50,7 +49,7 @@ def _correlations(found: Residuality) -> list[str]:
     ]
 
 
-def _runs(found: Residuality) -> str:
+def _runs(found: ResidualDiagnostics) -> str:
     low, high = (float(each) for each in np.asarray(found.runs_limits))
     return (
         f"there are {int(found.runs)} runs of one sign (limits {max(int(np.ceil(low)), 1)} to "
@@ -68,7 +67,7 @@ def _allowance(estimate: Estimate) -> str:
     return f"the errors allow for it, by factors from {low:.2f} to {high:.2f}"
 
 
-def _normality(found: Residuality) -> str:
+def _normality(found: ResidualDiagnostics) -> str:
     skewness, kurtosis = float(found.skewness), float(found.excess_kurtosis)
     numbers = f"skewness {skewness:.2f}, excess kurtosis {kurtosis:.2f}"
     if bool(found.normal):
@@ -82,8 +81,8 @@ def _normality(found: Residuality) -> str:
     return f"Their distribution is not normal{said} ({numbers})."
 
 
-def _after_impacts(estimate: Estimate, found: Residuality) -> list[str]:
-    if isinstance(estimate.problem.recording, ImpactTimes):
+def _after_impacts(estimate: Estimate, found: ResidualDiagnostics) -> list[str]:
+    if estimate.problem.recording.observes_impacts:
         return []
     after = np.asarray(found.after_impacts)
     large = np.flatnonzero(np.asarray(found.larger_after_impacts))

@@ -18,8 +18,9 @@ from impactjax._identify.information import Information
 from impactjax._identify.restitution_band import restitution_band
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._problem.parameters import System, replaced
+from impactjax._problem.parameters import replaced
 from impactjax._report.style import LAWS
+from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted]) -> "Axes":
     fastest = max(float(np.max(_impacts(each.estimate.impacts)[0], initial=0)) for each in fits)
     speeds = jnp.asarray(np.linspace(1e-3, 1.05, _POINTS) * fastest)
     for fitted, color in zip(fits, cycle(LAWS), strict=False):
-        _draw(ax, fitted.estimate, speeds, fitted.law, color)
+        _draw(ax, fitted.estimate, speeds, fitted.name, color)
     return _framed(ax, 2 if len(fits) > 3 else 1)
 
 

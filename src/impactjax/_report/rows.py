@@ -8,13 +8,11 @@ import jax
 import numpy as np
 
 from impactjax._compare.compare import Fitted
-from impactjax._compare.laws import NO_LAW
 from impactjax._compare.ranking import differences
 from impactjax._fit.estimate import Estimate
 from impactjax._number_format import interval
 from impactjax._report.given import given
 from impactjax._report.outcome import outcome_of, was_simulated
-from impactjax._report.units import shown_unit
 
 _MOST_IMPACTS = 40
 ABSENT = "–"
@@ -22,19 +20,13 @@ ABSENT = "–"
 Row = dict[str, str]
 
 
-def name_of(fitted: Fitted) -> str:
-    """The law, with dry friction if there is any: "free flight with dry friction"."""
-    law = "free flight" if fitted.law == NO_LAW else fitted.law
-    return f"{law} with dry friction" if fitted.dry_friction else law
-
-
 def law_rows(fits: Sequence[Fitted]) -> list[Row]:
     """A row a fit, with the difference of the criterion to the best where it exists."""
-    unit, factor = shown_unit(fits[0].estimate.problem.recording)
+    unit, factor = fits[0].estimate.problem.recording.shown
     rows = []
     behind = differences([fitted.estimate for fitted in fits])
     for fitted, by in zip(fits, behind, strict=True):
-        own, row = fitted.estimate, {"law": name_of(fitted), "outcome": outcome_of(fitted)}
+        own, row = fitted.estimate, {"law": fitted.name, "outcome": outcome_of(fitted)}
         if was_simulated(own):
             row["rms"] = f"{float(own.rms) * factor:.4g} {unit}"
         if not math.isnan(by):
@@ -118,5 +110,5 @@ def sources(fits: Sequence[Fitted]) -> list[str]:
             _, _, source = text.partition("Source: ")
             if source:
                 first = " ".join(source.split("\n\n")[0].split())
-                found.append(f"{fitted.law}: {first}")
+                found.append(f"{fitted.name}: {first}")
     return list(dict.fromkeys(found))

@@ -4,11 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactjax._first_look.first_estimates import first_estimates
+from impactjax._first_look.first_look import FirstLook
 from impactjax._fit.estimate import Estimate
-from impactjax._record.recording import ImpactTimes
+from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._report.style import FITTED, OTHER, RECORDED
-from impactjax._report.units import shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +20,7 @@ def plot_starts(ax: "Axes", estimate: Estimate) -> "Axes":
     step says that the best minimum is found from almost everywhere. Starts from where nothing could
     be simulated are left out.
     """
-    unit, factor = shown_unit(estimate.problem.recording)
+    unit, factor = estimate.problem.recording.shown
     n = int(estimate.problem.recording.observations)
     costs = np.asarray(estimate.start_costs)
     costs = np.sort(costs[np.isfinite(costs)])
@@ -38,24 +37,21 @@ def plot_starts(ax: "Axes", estimate: Estimate) -> "Axes":
     return ax
 
 
-def plot_first_estimates(ax: "Axes", estimate: Estimate) -> "Axes":
-    """The recording with what was found in it before the fit: its impacts, or in a free swing its
+def plot_first_look(ax: "Axes", recording: AbstractRecording, look: FirstLook) -> "Axes":
+    """The recording with what was found in it before any fit: its impacts, or in a free swing its
     extremes.
     """
-    recording = estimate.problem.recording
-    unit, factor = shown_unit(recording)
-    if isinstance(recording, ImpactTimes):
-        ax.vlines(np.asarray(recording.times), 0, 1, color=OTHER)
+    if recording.observes_impacts:
+        ax.vlines(np.asarray(recording.instants), 0, 1, color=OTHER)
         ax.set(xlabel="time [s]", yticks=[], ylabel="impacts heard")
         return ax
-    model = estimate.problem.system.model
-    gap = 0.0 if model.lower is None else float(model.lower.gap)
-    seen = first_estimates(recording, model.oscillator, gap, estimate.problem.system.sensor)
-    ts, values = np.asarray(recording.ts), np.asarray(recording.values) * factor
-    found = np.interp(seen.marks, ts, values)
-    ax.plot(ts, values, color=RECORDED, linewidth=1)
-    ax.plot(seen.marks, found, "v", color=OTHER, markersize=6)
-    what = "extremes" if seen.swings_freely else "impacts"
-    ax.set(xlabel="time [s]", ylabel=f"{recording.quantity.name} [{unit}]")
-    ax.set_title(f"{len(seen.marks)} {what} found", fontsize="medium")
+    nothing = np.zeros(recording.valid.shape)
+    curves = recording.curves(nothing)
+    seen = np.isfinite(curves.recorded)
+    found = np.interp(look.marks, curves.at[seen], curves.recorded[seen])
+    ax.plot(curves.at, curves.recorded, color=RECORDED, linewidth=1)
+    ax.plot(look.marks, found, "v", color=OTHER, markersize=6)
+    what = "extremes" if look.swings_freely else "impacts"
+    ax.set(xlabel=curves.across, ylabel=curves.along)
+    ax.set_title(f"{len(look.marks)} {what} found", fontsize="medium")
     return ax

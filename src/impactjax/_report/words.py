@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from impactjax._compare.compare import Fitted
-from impactjax._compare.laws import NO_LAW
+from impactjax._compare.prepare import WITH_DRY_FRICTION
 from impactjax._compare.ranking import (
     CLEAR,
     differences,
@@ -14,14 +14,12 @@ from impactjax._compare.ranking import (
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
-from impactjax._identify.residual_diagnostics import residuality
+from impactjax._identify.residual_diagnostics import residual_diagnostics
 from impactjax._identify.words import coupling, findings
 from impactjax._number_format import apart
 from impactjax._report.given import given_sentences
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import independence
-from impactjax._report.rows import name_of
-from impactjax._report.units import shown_unit
 
 _FLOOR = 1.2  # times the error of quantisation: no other error is to be seen
 _LARGE = 1.5  # times the noise that is known: there is more than that
@@ -30,7 +28,7 @@ _LARGE = 1.5  # times the noise that is known: there is more than that
 def sentences(fits: Sequence[Fitted]) -> list[str]:
     """The findings for one recording, whose fits come best first."""
     best = fits[0]
-    unit, factor = shown_unit(best.estimate.problem.recording)
+    unit, factor = best.estimate.problem.recording.shown
     found = [*_friction(fits, unit, factor), *_ranking(fits)]
     for fitted in fits:
         if not bool(fitted.estimate.converged):
@@ -49,7 +47,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
         found.append(coupling(told))
     found += _at_the_floor(best.estimate, unit, factor)
     found += _beyond_the_noise(best.estimate)
-    residuals = residuality(best.estimate)
+    residuals = residual_diagnostics(best.estimate)
     if not bool(residuals.independent):
         found.append(independence(best.estimate, residuals))
     return found
@@ -70,14 +68,13 @@ def _does_not_fit(estimate: Estimate, share: float) -> str:
 
 
 def _name(fitted: Fitted) -> str:
-    law = "free flight" if fitted.law == NO_LAW else f"the law {fitted.law}"
-    return f"{law} with dry friction" if fitted.dry_friction else law
+    return fitted.name if fitted.is_free_flight else f"the law {fitted.name}"
 
 
 def _friction(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
     """Whether free flight needs dry friction, if it was fitted with and without and is best."""
-    free = {fitted.dry_friction: i for i, fitted in enumerate(fits) if fitted.law == NO_LAW}
-    if len(free) < 2 or fits[0].law != NO_LAW or _describes_nothing(fits):
+    free = {fitted.is_dry: i for i, fitted in enumerate(fits) if fitted.is_free_flight}
+    if len(free) < 2 or not fits[0].is_free_flight or _describes_nothing(fits):
         return []
     viscous, dry = (fits[free[with_dry]].estimate for with_dry in (False, True))
     if not (bool(viscous.converged) and bool(dry.converged)):
@@ -98,12 +95,12 @@ def _friction(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
 def _ranking(fits: Sequence[Fitted]) -> list[str]:
     """Which law describes the record best, if that can be told, and if any law does."""
     behind_of = differences([fitted.estimate for fitted in fits])
-    firsts = {fits[i].law: i for i in reversed(range(len(fits)))}
+    firsts = {_kind(fits[i]): i for i in reversed(range(len(fits)))}
     tried = [fits[i] for i in sorted(firsts.values())]
     behind = [behind_of[i] for i in sorted(firsts.values())]
     if len(tried) == 1 or _describes_nothing(fits):
         return []
-    best, *others = zip(map(name_of, tried), behind, strict=True)
+    best, *others = zip([fitted.name for fitted in tried], behind, strict=True)
     if math.isnan(best[1]):
         return [_too_few([fitted.estimate for fitted in tried], "rank the laws")]
     ranked = [(name, by) for name, by in others if not math.isnan(by)]
@@ -123,8 +120,13 @@ def _ranking(fits: Sequence[Fitted]) -> list[str]:
     ]
     if beyond:
         estimates = [fitted.estimate for fitted in (tried[0], *beyond)]
-        found.append(_too_few(estimates, f"rank {', '.join(map(name_of, beyond))}"))
+        found.append(_too_few(estimates, f"rank {', '.join(fitted.name for fitted in beyond)}"))
     return found
+
+
+def _kind(fitted: Fitted) -> str:
+    """The name of a model, whatever its friction."""
+    return fitted.name.removesuffix(WITH_DRY_FRICTION)
 
 
 def _describes_nothing(fits: Sequence[Fitted]) -> bool:

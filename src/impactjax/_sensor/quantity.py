@@ -5,9 +5,19 @@ import math
 from typing import ClassVar
 
 import equinox as eqx
+import numpy as np
 
+from impactjax._first_look.coordinate import (
+    from_pulses,
+    from_swing,
+    from_velocity,
+    is_peaked,
+    pulses,
+)
+from impactjax._first_look.hand_release import fall
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.oscillator import AbstractOscillator
 from impactjax._sensor.forces import (
     acceleration,
     contact_force,
@@ -51,10 +61,24 @@ class AbstractQuantity(eqx.Module):
     of_angle: ClassVar[bool | None]
     """Whether it belongs to an oscillator whose coordinate is an angle; `None` for either."""
 
+    is_place: ClassVar[bool] = False
+    """Whether it is the coordinate itself."""
+    is_carried: ClassVar[bool] = False
+    """Whether what shows it is usually on something that falls."""
+    is_felt: ClassVar[bool] = False
+    """Whether it is zero in free fall."""
+
     @property
     def unit(self) -> str:
         """The SI unit."""
         return next(iter(self.units))
+
+    def check_suits(self, model: ImpactOscillator) -> None:
+        """Raises `ValueError` if a model does not have it."""
+        if self.of_angle not in (None, model.oscillator.is_angle()):
+            raise ValueError(
+                f"A record of {self.name} does not suit a {type(model.oscillator).__name__}."
+            )
 
     @abc.abstractmethod
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
@@ -64,9 +88,28 @@ class AbstractQuantity(eqx.Module):
     def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         """Its time derivative there."""
 
+    @abc.abstractmethod
+    def coordinate(
+        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
+    ) -> np.ndarray:
+        """The coordinate behind recorded values, roughly: enough to start a search from."""
+
+    def contacts(self, values: np.ndarray) -> list[tuple[int, int]]:
+        """The first sample of each contact that shows as a pulse, and the first one after it."""
+        del values
+        return []
+
+    def free_fall(
+        self, ts: np.ndarray, values: np.ndarray, valid: np.ndarray
+    ) -> tuple[float, float] | None:
+        """From when to when [s] values show a free fall after a hold, and the landing."""
+        del ts, values, valid
+
 
 class AbstractPlace(AbstractQuantity):
     """The coordinate itself."""
+
+    is_place: ClassVar[bool] = True
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         del model
@@ -75,6 +118,12 @@ class AbstractPlace(AbstractQuantity):
     def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         del model
         return trajectory.velocity
+
+    def coordinate(
+        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
+    ) -> np.ndarray:
+        del ts, oscillator
+        return values
 
 
 class AbstractDifferenced(AbstractQuantity):
@@ -91,12 +140,28 @@ class AbstractSpeed(AbstractDifferenced):
         del model
         return trajectory.velocity
 
+    def coordinate(
+        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
+    ) -> np.ndarray:
+        del oscillator
+        return from_velocity(ts, values)
+
 
 class AbstractAcceleration(AbstractDifferenced):
     """The second derivative of the coordinate."""
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return acceleration(model, trajectory)
+
+    def coordinate(
+        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
+    ) -> np.ndarray:
+        if is_peaked(values):
+            return from_pulses(ts, values, oscillator.weight())
+        return from_swing(ts, values)
+
+    def contacts(self, values: np.ndarray) -> list[tuple[int, int]]:
+        return pulses(values) if is_peaked(values) else []
 
 
 class Angle(AbstractPlace):
@@ -160,9 +225,24 @@ class ProperAcceleration(AbstractDifferenced):
     units: ClassVar[dict[str, float]] = _ACCELERATIONS
     shown: ClassVar[str] = "m/s²"
     of_angle: ClassVar[bool | None] = False
+    is_felt: ClassVar[bool] = True
+    is_carried: ClassVar[bool] = True
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return proper_acceleration(model, trajectory)
+
+    def coordinate(
+        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
+    ) -> np.ndarray:
+        return from_pulses(ts, values, oscillator.weight())
+
+    def contacts(self, values: np.ndarray) -> list[tuple[int, int]]:
+        return pulses(values)
+
+    def free_fall(
+        self, ts: np.ndarray, values: np.ndarray, valid: np.ndarray
+    ) -> tuple[float, float] | None:
+        return fall(ts, values, valid)
 
 
 class ContactForce(AbstractDifferenced):
@@ -172,9 +252,24 @@ class ContactForce(AbstractDifferenced):
     units: ClassVar[dict[str, float]] = _FORCES
     shown: ClassVar[str] = "N"
     of_angle: ClassVar[bool | None] = None
+    is_carried: ClassVar[bool] = True
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return contact_force(model, trajectory)
+
+    def check_suits(self, model: ImpactOscillator) -> None:
+        laws = [stop.law for stop in (model.lower, model.upper) if stop is not None]
+        if all(law.is_rigid() for law in laws):
+            raise ValueError("No stop of the model has a force law, so there is no contact force.")
+
+    def coordinate(
+        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
+    ) -> np.ndarray:
+        inertia = float(oscillator.mass * oscillator.lever())
+        return from_pulses(ts, values / inertia, oscillator.weight())
+
+    def contacts(self, values: np.ndarray) -> list[tuple[int, int]]:
+        return pulses(values)
 
 
 QUANTITIES: tuple[AbstractQuantity, ...] = (

@@ -15,6 +15,7 @@ from impactjax._parameter import (
     raise_if_violated,
     range_requirements,
 )
+from impactjax._refusal import of_kind
 from impactjax._sensor.low_pass import AbstractLowPass
 from impactjax._sensor.quantity import AbstractQuantity
 from impactjax._simulate.trajectory import Trajectory
@@ -51,7 +52,10 @@ class Sensor(eqx.Module):
         metadata=parameter("unit of the quantity per second", known=True),
         default=0.0,
     )
-    low_pass: AbstractLowPass | None = None
+    low_pass: AbstractLowPass | None = eqx.field(
+        converter=of_kind("low_pass", AbstractLowPass, "Butterworth(50.0)", optional=True),
+        default=None,
+    )
     sigma: Float[Array, "..."] | None = eqx.field(converter=as_optional_parameter, default=None)
     quantisation: Float[Array, "..."] | None = eqx.field(
         converter=as_optional_parameter, default=None

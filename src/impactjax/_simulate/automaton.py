@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.law import AbstractForceLaw
+from impactjax._model.law import AbstractForceLaw, AbstractImpactLaw
 from impactjax._model.separation import AtZeroForce
 from impactjax._simulate.chatter import Tail, harmless, tail, tail_state
 from impactjax._simulate.compliant_stop import PullFree, Surface
@@ -117,9 +117,9 @@ def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:
             found.append(Surface(wall, law))
             if isinstance(law.separation, AtZeroForce):
                 found.append(PullFree(wall, law))
-        else:
+        elif isinstance(law, AbstractImpactLaw):
             found.append(RigidStop(wall, law))
-    if any(isinstance(wall.stop.law, AbstractForceLaw) for wall in walls(model)):
+    if any(not wall.stop.law.is_rigid() for wall in walls(model)):
         found.append(Settling())
     if has_resistance(model):
         found.append(Sliding())

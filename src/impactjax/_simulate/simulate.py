@@ -12,7 +12,9 @@ from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.initial_state import InitialState
+from impactjax._model.initial_state import InitialState, check_angle
+from impactjax._parameter import ranges
+from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import with_internal
 from impactjax._simulate.chatter import Chatter
@@ -93,6 +95,12 @@ def simulate_logged(
     """As `simulate`. What is told of impacts is computed if `logged` is true when the program runs,
     and then without derivatives; else it is zero.
     """
+    check_kind("model", model, ImpactOscillator, "ImpactOscillator(Pendulum(13.0))")
+    check_kind("initial", initial, InitialState, "InitialState(0.78)")
+    if step is not None:
+        check_kind("step", step, AbstractStep, "TaylorStep()")
+    _check_numbers(model)
+    check_angle(model.oscillator, initial)
     for name, limit in (("max_steps", max_steps), ("max_impacts", max_impacts)):
         if limit < 1:
             raise ValueError(f"Argument `{name}` must be at least 1, but it is {limit}.")
@@ -182,6 +190,18 @@ def _if_asked(logged: Flag, tell: Callable[..., Impacts]) -> Callable[..., Impac
         return jax.lax.cond(logged, lambda *each: alike(tell(*each), each), nothing, *where)
 
     return told
+
+
+def _check_numbers(model: ImpactOscillator) -> None:
+    """Checks that each parameter is one number."""
+    for part in model.parts().values():
+        for name in ranges(part):
+            shape = jnp.shape(getattr(part, name))
+            if shape:
+                raise ValueError(
+                    f"`{name}` of {type(part).__name__} has shape {shape}, but a run takes one "
+                    "number: simulate several by `jax.vmap`."
+                )
 
 
 def _check_leaves(tree: PyTree) -> None:

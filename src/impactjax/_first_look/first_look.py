@@ -1,23 +1,14 @@
-"""Where a search starts, read off the recording itself."""
+"""First look at a record: what it shows of motion and contact before any fit, in NumPy."""
 
 from itertools import pairwise
 from typing import NamedTuple
 
-import equinox as eqx
 import numpy as np
-from scipy import special
 
-from impactjax._first_look.coordinate_from_record import contact_duration, motion
 from impactjax._first_look.peaks import peaks
 from impactjax._first_look.savitzky_golay import savitzky_golay
-from impactjax._model.bouncing_ball import BouncingBall
 from impactjax._model.initial_state import InitialState
-from impactjax._model.linear_oscillator import LinearOscillator
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._model.pendulum import Pendulum
-from impactjax._parameter import as_parameter, plain
-from impactjax._record.recording import AnyRecording, ImpactTimes, Recording
-from impactjax._sensor.sensor import Sensor
 
 _PROMINENCE = 6.0  # of an extremum, in sizes of the noise
 _SHARP = 2.5  # how much faster a record leaves an impact than the top of a flight
@@ -27,10 +18,12 @@ _USUAL_SPEED = 0.5  # [m/s]
 _REST = 1e-6  # [m/s]; slower is no impact to speak of
 _DIFFERENT = 1e-3  # relative range of the speeds that a line needs
 _CONTACT_SAMPLES = 4  # guess of a contact's duration
+_USUAL_DAMPING = 0.003
+_RIGID = 1e3  # [rad/s], the frequency of a contact of which nothing is seen
 
 
-class FirstEstimates(NamedTuple):
-    """What a recording shows at first sight.
+class FirstLook(NamedTuple):
+    """Motion and contact as a record shows them before any fit.
 
     - `oscillator`: with estimated values.
     - `initial`: the state at the first sample, or after the first impact of a list.
@@ -82,34 +75,52 @@ class FirstEstimates(NamedTuple):
         return r * v**alpha, alpha
 
 
-def first_estimates(
-    recording: AnyRecording,
+def look_at_motion(
+    ts: np.ndarray,
+    places: np.ndarray,
     oscillator: AbstractOscillator,
-    gap: float = 0.0,
-    sensor: Sensor | None = None,
-) -> FirstEstimates:
-    """First estimates for an oscillator of a given kind, whose known values are kept, from what a
-    sensor of known gain and offset has seen.
+    gap: float,
+    contact_duration: float | None,
+) -> FirstLook:
+    """First look at a coordinate sampled in time.
+
+    **Arguments:**
+
+    - `ts`, `places`: times [s] and coordinates.
+    - `oscillator`: of the kind that moves; values that the record does not show are kept.
+    - `gap`: of the lower stop, which stands at −gap.
+    - `contact_duration`: of a contact [s], if it was seen.
     """
-    if sensor is not None and isinstance(recording, Recording):
-        values = (np.asarray(recording.values) - plain(sensor.offset)) / plain(sensor.gain)
-        recording = eqx.tree_at(lambda each: each.values, recording, values)
-    if isinstance(recording, ImpactTimes):
-        return _from_impact_times(recording, oscillator)
-    ts, values = motion(recording, oscillator)
-    values = values + gap
-    smooth, noise = _smoothed(values)
-    initial = _initial(ts, values, noise, gap)
+    heights = places + gap
+    smooth, noise = _smoothed(heights)
+    initial = _initial(ts, heights, noise, gap)
     guess = _CONTACT_SAMPLES * float(np.median(np.diff(ts)))
-    contact = np.pi / (contact_duration(recording) or guess)
-    place = _stop_seen(values, smooth, noise)
+    contact = np.pi / (contact_duration or guess)
+    stop = _stop_seen(heights, smooth, noise)
     if smooth.min() < -0.25 * smooth.max():
         swinging, marks = _swinging(ts, smooth, noise, oscillator)
         none = np.zeros(0)
-        seen = FirstEstimates(swinging, initial, none, none, contact, True, marks)
+        look = FirstLook(swinging, initial, none, none, contact, True, marks)
     else:
-        seen = _impacting(ts, smooth, noise, oscillator, initial, contact, gap)
-    return seen if place is None else seen._replace(elsewhere=place - gap)
+        look = _impacting(ts, smooth, noise, oscillator, initial, contact, gap)
+    return look if stop is None else look._replace(elsewhere=stop - gap)
+
+
+def look_at_flights(times: np.ndarray, oscillator: AbstractOscillator) -> FirstLook:
+    """First look at the times of impacts: restitution from the flights between them under a
+    constant weight.
+
+    **Raises** `ValueError` for an oscillator without one.
+    """
+    weight = oscillator.weight()
+    if weight is None:
+        raise ValueError(
+            "A list of impact times needs a bouncing ball: its flights give the speeds."
+        )
+    speeds = weight * np.diff(times) / 2
+    initial = InitialState(0.0, speeds[0])
+    ratios = speeds[1:] / speeds[:-1]
+    return FirstLook(oscillator, initial, speeds[:-1], ratios, _RIGID, False, times)
 
 
 def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
@@ -173,10 +184,13 @@ def _swinging(
             middles.append(ts[peak])
     if not times:
         return oscillator, np.zeros(0)
-    omega = float(np.median(_flight(oscillator, np.array(sizes), 0.0) / np.array(times)))
+    omegas = oscillator.natural_frequency(np.array(sizes), 0.0, np.array(times))
+    if omegas is None:
+        return oscillator, np.array(middles)
+    omega = float(np.median(omegas))
     rate = -np.polyfit(middles, np.log(sizes), 1)[0] if len(sizes) > 2 else 0.01 * omega
     zeta = float(np.clip(rate / omega, 1e-4, 0.5))
-    return _with_motion(oscillator, omega, zeta), np.array(middles)
+    return oscillator.with_motion(omega, zeta), np.array(middles)
 
 
 def _impacting(
@@ -187,7 +201,7 @@ def _impacting(
     initial: InitialState,
     contact: float,
     gap: float,
-) -> FirstEstimates:
+) -> FirstLook:
     """Frequency from the flights between impacts, restitution from their successive heights.
 
     Turns on the far side of the equilibrium that do not reach the stop are flights as well, with no
@@ -199,14 +213,14 @@ def _impacting(
     durations = np.diff(ts[turns])
     full = heights[1:-1] if len(heights) > 2 else np.zeros(0)
     visible = full > _PROMINENCE * noise
-    if visible.any():
-        omega = float(np.median((_flight(oscillator, full, gap) / durations)[visible]))
-        oscillator = _with_motion(oscillator, omega, 0.003)
-    speeds = _speeds(oscillator, heights, gap)
+    omegas = oscillator.natural_frequency(full, gap, durations) if visible.any() else None
+    if omegas is not None:
+        oscillator = oscillator.with_motion(float(np.median(omegas[visible])), _USUAL_DAMPING)
+    speeds = oscillator.speed_at_stop(heights, gap)
     last = len(heights) - (0 if _has_turned(smooth, bounds[-2]) else 1)
     reaching = np.cumprod(speeds[:last] > 0)
     before = speeds[:last][reaching > 0]
-    return FirstEstimates(
+    return FirstLook(
         oscillator,
         initial,
         before[:-1],
@@ -221,56 +235,3 @@ def _has_turned(smooth: np.ndarray, begin: int) -> bool:
     """Whether the last flight of a record reaches its height."""
     rest = smooth[begin:]
     return len(rest) > 4 and int(np.argmax(rest)) < len(rest) - 3
-
-
-def _flight(oscillator: AbstractOscillator, heights: np.ndarray, gap: float) -> np.ndarray:
-    """Duration of a flight from the stop to some distance from it and back, without damping, times
-    the natural frequency; that of a whole swing if it does not reach the stop.
-    """
-    sizes = heights - gap  # from the equilibrium, which is at a distance of `gap` from the stop
-    if isinstance(oscillator, Pendulum):
-        modulus = np.sin(np.clip(sizes, 1e-9, 3.1) / 2)
-        share = np.clip(np.sin(gap / 2) / modulus, -1, 1)
-        return 2 * (special.ellipk(modulus**2) + special.ellipkinc(np.arcsin(share), modulus**2))
-    return np.pi + 2 * np.arcsin(np.clip(gap / np.maximum(sizes, 1e-300), -1, 1))
-
-
-def _speeds(oscillator: AbstractOscillator, heights: np.ndarray, gap: float) -> np.ndarray:
-    """Speed at the stop [m/s] of a fall from rest at some distance from it; 0 if it is not reached.
-
-    That of a swing depends on where its equilibrium is, at a distance of `gap` from the stop.
-    """
-    heights = np.maximum(heights, 0)
-    lever = float(oscillator.lever())
-    if isinstance(oscillator, BouncingBall):
-        return np.sqrt(2 * float(oscillator.gravity) * heights)
-    sizes = heights - gap
-    if isinstance(oscillator, Pendulum):
-        squares = np.sin(np.clip(sizes, 0, 3.1) / 2) ** 2 - np.sin(gap / 2) ** 2
-        return lever * 2 * float(oscillator.omega_n) * np.sqrt(np.maximum(squares, 0))
-    if isinstance(oscillator, LinearOscillator):
-        squares = np.where(sizes > 0, sizes**2 - gap**2, 0.0)
-        return lever * float(oscillator.omega_n) * np.sqrt(np.maximum(squares, 0))
-    return heights
-
-
-def _with_motion(oscillator: AbstractOscillator, omega: float, zeta: float) -> AbstractOscillator:
-    """The oscillator with a frequency and a damping, if it has them; all else is kept."""
-    if not isinstance(oscillator, Pendulum | LinearOscillator):
-        return oscillator
-    own = as_parameter(omega), as_parameter(zeta)
-    return eqx.tree_at(lambda each: (each.omega_n, each.zeta), oscillator, own)
-
-
-def _from_impact_times(recording: ImpactTimes, oscillator: AbstractOscillator) -> FirstEstimates:
-    """Restitution from the flights between impacts under gravity."""
-    if not isinstance(oscillator, BouncingBall):
-        raise ValueError(
-            "A list of impact times needs a bouncing ball: its flights give the speeds."
-        )
-    flights = np.diff(np.asarray(recording.times))
-    speeds = float(oscillator.gravity) * flights / 2
-    ratios = speeds[1:] / speeds[:-1]
-    initial = InitialState(0.0, speeds[0])
-    marks = np.asarray(recording.times)
-    return FirstEstimates(oscillator, initial, speeds[:-1], ratios, 1e3, False, marks)

@@ -1,0 +1,105 @@
+"""Sign, place of the stop and beginning of a record, as the record itself shows them."""
+
+from impactjax._compare.oscillators import with_known
+from impactjax._compare.setup import Setup
+from impactjax._first_look.first_look import FirstLook
+from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._sensor.sensor import Sensor
+
+_BEYOND = 0.25  # how far to the other side a record may go that lies on one
+WHERE = frozenset(("gap", "offset", "gain"))
+"""Parameters that say where the stop is in a record."""
+
+
+def adjusted(
+    recording: AbstractRecording, setup: Setup, said: set[str], chosen: bool, notes: list[str]
+) -> tuple[AbstractRecording, FirstLook, Setup]:
+    """A recording turned and cut, the first look at it, and what follows for the setup.
+
+    **Arguments:**
+
+    - `recording`, `setup`: as they are said to be.
+    - `said`: parameters of which somebody says anything.
+    - `chosen`: whether somebody chose which part of the record to use.
+    - `notes`: gets a sentence on each change.
+    """
+    look = _look(recording, setup)
+    if recording.shows_place:
+        if not said & {*WHERE, "theta0", "x0"}:
+            recording, look = _turned(recording, look, setup, notes)
+        if not said & WHERE:
+            setup, look = _placed(recording, look, setup, notes)
+    if not chosen:
+        recording, look, setup = _released(recording, look, setup, notes)
+    return recording, look, setup
+
+
+def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:
+    """What the recording shows before any fit, given what is known."""
+    given, sensor = {**setup.start, **setup.fixed}, setup.sensor
+    known = Sensor(given.get("gain", sensor.gain), given.get("offset", sensor.offset))
+    oscillator = with_known(setup.oscillator, setup.fixed)
+    return recording.first_look(oscillator, given.get("gap", 0.0), known)
+
+
+def _turned(
+    recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
+) -> tuple[AbstractRecording, FirstLook]:
+    """The recording, with its sign turned if it lies on the wrong side of the stop."""
+    lowest, highest = recording.span()
+    if highest >= _BEYOND * abs(lowest):
+        return recording, look
+    turned = recording.turned()
+    other = _look(turned, setup)
+    if other.swings_freely:
+        return recording, look
+    notes.append(
+        "The record lies on the far side of the stop, so its sign is turned: places count from the "
+        "stop towards the free side (`gain = 1` under [sensor] keeps the sign)."
+    )
+    return turned, other
+
+
+def _placed(
+    recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
+) -> tuple[Setup, FirstLook]:
+    """The place of the stop, to be fitted if the record shows that it is not at zero."""
+    place = look.elsewhere
+    if place is None:
+        return setup, look
+    unit, factor = recording.shown
+    if setup.oscillator.has_equilibrium():
+        free, start, fitted = ("gap", "offset"), {"gap": -place}, "`gap` and `offset` are"
+    else:
+        free, start, fitted = ("offset",), {"offset": place}, "`offset` is"
+    notes.append(
+        f"The impacts seem to be at {place * factor:.3g} {unit}, not at 0: {fitted} fitted as well "
+        "(state `gap` under [fixed], or `offset` under [sensor], if it is known)."
+    )
+    setup = setup._replace(free=(*setup.free, *free), start={**setup.start, **start})
+    return setup, _look(recording, setup)
+
+
+def _released(
+    recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
+) -> tuple[AbstractRecording, FirstLook, Setup]:
+    """The recording from where a hand lets go.
+
+    What an accelerometer shows to be dropped starts from rest, which nothing else in its record
+    could tell.
+    """
+    free = recording.free_part(look)
+    if free is None:
+        return recording, look, setup
+    begin, end = free
+    note = (
+        f"A hand seems to hold or push at first: only {begin:.3f} to {end:.3f} s is fitted "
+        "(`window` under [read] in the sidecar decides otherwise)."
+    )
+    asked = {*setup.start, *setup.fixed, *setup.free}
+    if recording.shows_fall and "x_dot0" not in asked:
+        setup = setup._replace(fixed={**setup.fixed, "x_dot0": 0.0})
+        note = f"{note} It is taken to fall from rest."
+    notes.append(note)
+    recording = recording.between(begin, end)
+    return recording, _look(recording, setup), setup

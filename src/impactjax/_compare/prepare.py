@@ -1,0 +1,245 @@
+"""The verb `prepare`: from a file, or a recording, to an experiment for each law."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from impactjax._compare.adjust import WHERE, adjusted
+from impactjax._compare.laws import LAWS, NO_LAW, USUAL_LAWS
+from impactjax._compare.oscillators import (
+    DRY_FRICTION,
+    OSCILLATORS,
+    is_dry,
+    may_be_dry,
+    with_dry_friction,
+    with_known,
+)
+from impactjax._compare.setup import Setup, setup_of
+from impactjax._compare.step_budget import step_budget
+from impactjax._compare.typical_systems import Law, parameters, with_law
+from impactjax._first_look.first_look import FirstLook
+from impactjax._model.law import AbstractLaw
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._parameter import ranges
+from impactjax._problem.checks import check_known, check_value
+from impactjax._problem.experiment import Experiment
+from impactjax._problem.parameters import handles, replaced
+from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._record.read_recording import RecordingFile, read_recording
+from impactjax._refusal import check_kind
+from impactjax._sensor.sensor import Sensor
+from impactjax._sensor.system import Start, System
+
+_FREE_FLIGHT = "free flight"
+WITH_DRY_FRICTION = " with dry friction"  # after the name of a model
+
+
+class Prepared(NamedTuple):
+    """Experiments on one recording, an experiment a law, and what led to them.
+
+    - `name`: of the recording.
+    - `experiments`: by the name of their law.
+    - `first_look`: what the recording shows before any fit.
+    - `notes`: sentences on what was left out, turned or assumed.
+    """
+
+    name: str
+    experiments: dict[str, Experiment]
+    first_look: FirstLook
+    notes: tuple[str, ...] = ()
+
+    @property
+    def experiment(self) -> Experiment:
+        """The only experiment. Raises `ValueError` if there are several."""
+        if len(self.experiments) != 1:
+            raise ValueError(f"There are {len(self.experiments)} experiments; take one by name.")
+        return next(iter(self.experiments.values()))
+
+
+def prepare(
+    record: str | Path | RecordingFile | AbstractRecording,
+    *,
+    oscillator: AbstractOscillator | None = None,
+    laws: Sequence[Law] | None = None,
+    sensor: Sensor | None = None,
+    fixed: Mapping[str, float] = {},
+    start: Mapping[str, float] = {},
+    free: Sequence[str] = (),
+) -> Prepared:
+    """Experiments for some laws on a recording, as the command `impactjax fit` makes them.
+
+    A first look finds where the searches start. Sidecar and arguments say what is known; an
+    argument has the last word. Sign, place of the stop and a hand at the start are looked for in a
+    record of the coordinate, unless something is said of them.
+
+    **Arguments:**
+
+    - `record`: a file, what `read_recording` made of it, or a recording.
+    - `oscillator`: of the kind that moves; its values are kept where the record shows none. If left
+      out, it follows from the sidecar, or from what was observed.
+    - `laws`: names from `LAWS`, "none" for free flight, or laws of one's own, which start from
+      their own values; the usual ones that apply if left out.
+    - `sensor`: what stands between motion and recording.
+    - `fixed`: parameters that are known, by name; those that only some laws have do not matter to
+      the others.
+    - `start`: better starting values than a first look gives, by name.
+    - `free`: parameters to fit although they are usually known.
+
+    **Raises** `FileError` for a file that cannot be read or a sidecar that cannot be, `ValueError`
+    for a name that no law has, a value out of range and an oscillator that does not suit the
+    recording.
+    """
+    for law in laws or ():
+        check_law(law)
+    if oscillator is not None:
+        check_kind("oscillator", oscillator, AbstractOscillator, "Pendulum(13.0)")
+    if isinstance(record, str | Path):
+        record = read_recording(record)
+    if isinstance(record, RecordingFile):
+        setup, name = setup_of(record, oscillator, laws), str(record.path)
+        recording, notes = record.recording, list(record.notes)
+        chosen = record.sidecar.read.window is not None
+        said = _said(record)
+    else:
+        check_kind("record", record, AbstractRecording, "Recording(ts, values, Angle())")
+        recording, notes, name, chosen, said = record, [], "recording", False, set()
+        setup = Setup(oscillator or OSCILLATORS[record.usual_oscillator](), Sensor(), laws=laws)
+    setup = _with_arguments(setup, sensor, fixed, start, free)
+    said |= {*fixed, *start, *free} | ({*WHERE} if sensor is not None else set())
+    if not recording.suits(setup.oscillator):
+        kind = type(setup.oscillator).__name__
+        raise ValueError(f"A record of {recording.observed} does not suit a {kind}.")
+    _check_names(setup)
+    return _prepared(name, recording, setup, said, chosen, notes)
+
+
+def check_law(law: Law) -> None:
+    """Raises `ValueError` for a name that is not in the table, `TypeError` for what is no law."""
+    if isinstance(law, str):
+        if law not in (NO_LAW, *LAWS):
+            known = ", ".join([NO_LAW, *LAWS])
+            raise ValueError(f"There is no law `{law}`; there are {known}.")
+    elif not isinstance(law, AbstractLaw):
+        raise TypeError(
+            f"A law must be a name or an object such as `Restitution(0.7)`, but it is {law!r}."
+        )
+
+
+def name_of(law: Law) -> str:
+    """How a law is called in tables: its own name, or that of its class."""
+    if isinstance(law, str):
+        return _FREE_FLIGHT if law == NO_LAW else law
+    return type(law).__name__
+
+
+def _said(file: RecordingFile) -> set[str]:
+    """The parameters of which the sidecar says anything."""
+    sensor = file.sidecar.sensor
+    given = {"gain": sensor.gain, "offset": sensor.offset}
+    named = {*file.sidecar.start, *file.sidecar.fixed, *file.sidecar.fit.free}
+    return named | {name for name, value in given.items() if value is not None}
+
+
+def _with_arguments(
+    setup: Setup,
+    sensor: Sensor | None,
+    fixed: Mapping[str, float],
+    start: Mapping[str, float],
+    free: Sequence[str],
+) -> Setup:
+    """What arguments say, over what the sidecar says."""
+    own_fixed = {name: value for name, value in setup.fixed.items() if name not in {*free, *start}}
+    own_start = {name: value for name, value in setup.start.items() if name not in fixed}
+    own_free = [name for name in setup.free if name not in fixed]
+    said = {*fixed, *start, *free}
+    return setup._replace(
+        sensor=setup.sensor if sensor is None else sensor,
+        fixed={**own_fixed, **fixed},
+        start={**own_start, **start},
+        free=[*dict.fromkeys([*own_free, *free])],
+        dry_friction=True if DRY_FRICTION in said else setup.dry_friction,
+    )
+
+
+def _check_names(setup: Setup) -> None:
+    """Checks what is said of parameters, of those that only other laws have too."""
+    asked = dict.fromkeys([*setup.fixed, *setup.start, *setup.free])
+    if not asked:
+        return
+    known = parameters(setup.oscillator, [NO_LAW, *(setup.laws or USUAL_LAWS)])
+    if not known.keys() >= asked.keys():
+        known = parameters(setup.oscillator, [NO_LAW, *LAWS]) | known
+    for part in (setup.sensor, setup.sensor.low_pass):
+        known |= {} if part is None else ranges(part)
+    for name in asked:
+        check_known(name, known)
+        if name in setup.free and name in setup.fixed:
+            raise ValueError(f"`{name}` is in both `free` and `fixed`.")
+    if "t0" in setup.start:
+        raise ValueError("`t0` cannot be started elsewhere: a search starts at the first impact.")
+    for name, value in [*setup.fixed.items(), *setup.start.items()]:
+        check_value(name, value, known[name])
+
+
+def _prepared(
+    name: str,
+    recording: AbstractRecording,
+    setup: Setup,
+    said: set[str],
+    chosen: bool,
+    notes: list[str],
+) -> Prepared:
+    recording, look, setup = adjusted(recording, setup, said, chosen, notes)
+    laws = _usual_laws(recording, look) if setup.laws is None else setup.laws
+    experiments = {}
+    for law in dict.fromkeys(laws):
+        for dry in _frictions(setup, law):
+            own = look._replace(oscillator=_with_friction(look.oscillator, setup, dry))
+            called = name_of(law) + (WITH_DRY_FRICTION if dry else "")
+            experiments[called] = _experiment(recording, own, setup, law)
+    return Prepared(name, experiments, look, tuple(notes))
+
+
+def _usual_laws(recording: AbstractRecording, look: FirstLook) -> Sequence[Law]:
+    """The usual laws; no law at all if the motion is free."""
+    free = look.swings_freely and look.elsewhere is None and not recording.observes_impacts
+    return [NO_LAW] if free else USUAL_LAWS
+
+
+def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:
+    """Without and with dry friction where free flight is to tell; with it if it is spoken of."""
+    if DRY_FRICTION in {*setup.fixed, *setup.start, *setup.free}:
+        return (True,)
+    undecided = setup.dry_friction is None and may_be_dry(setup.oscillator)
+    if law == NO_LAW and undecided and not is_dry(setup.oscillator):
+        return False, True
+    return (bool(setup.dry_friction) or is_dry(setup.oscillator),)
+
+
+def _with_friction(oscillator: AbstractOscillator, setup: Setup, dry: bool) -> AbstractOscillator:
+    return with_known(with_dry_friction(oscillator), setup.fixed) if dry else oscillator
+
+
+def _experiment(
+    recording: AbstractRecording, look: FirstLook, setup: Setup, law: Law
+) -> Experiment:
+    system = System(with_law(look, law), look.initial, Start(0.0), setup.sensor)
+    known = handles(system)
+    stated = {name: value for name, value in setup.start.items() if name in known}
+    begun = replaced(system, tuple(stated), tuple(stated.values()))
+    measured = {
+        name: value
+        for name, value in stated.items()
+        if known[name].allowed.known and name not in setup.free
+    }
+    fixed = {**measured, **{name: v for name, v in setup.fixed.items() if name in known}}
+    model = replaced(begun, tuple(fixed), tuple(fixed.values())).model
+    return Experiment(
+        begun.model,
+        recording,
+        begun.initial,
+        begun.sensor,
+        fixed=fixed,
+        free=[name for name in setup.free if name in known],
+        simulation=step_budget(recording, look, model),
+    )

@@ -1,0 +1,56 @@
+"""From an experiment to the problem that it sets."""
+
+import numpy as np
+from jax.core import Tracer
+
+from impactjax._problem.checks import check_declared, check_requests
+from impactjax._problem.experiment import Experiment
+from impactjax._problem.parameters import handles, replaced
+from impactjax._problem.problem import Problem
+from impactjax._sensor.system import Start, System
+
+
+def build_problem(experiment: Experiment) -> Problem:
+    """The residuals of an experiment as a function of the parameters that are to be found.
+
+    On it a sampler or another optimiser stands: `start`, `residuals`, `log_density`, and `values`
+    and `unbounded` between natural values and unbounded coordinates.
+
+    **Raises** `ValueError` as `fit` does.
+    """
+    problem = pose(experiment)
+    check_declared(problem.system)
+    return problem
+
+
+def pose(experiment: Experiment) -> Problem:
+    """The problem of an experiment whose model may have numbers that are found otherwise."""
+    recording, fixed, ties = experiment.recording, experiment.fixed, dict(experiment.ties)
+    start, sensor = Start(recording.begin), experiment.sensor
+    system = System(experiment.model, experiment.initial, start, sensor, recording.unit)
+    known = handles(system)
+    recording.check_suits(experiment.model)
+    check_requests(experiment, system)
+    values = {name: value for name, value in fixed.items() if value is not None}
+    system = replaced(system, tuple(values), tuple(values.values()))
+    usual = {name for name, handle in known.items() if not handle.allowed.known}
+    if recording.observes_impacts:
+        usual = (usual | {"t0"}) - {"x0", "theta0"}
+    wanted = (usual | {*experiment.free}) - {*fixed, *ties}
+    names = tuple(name for name in known if name in wanted)
+    traced = isinstance(recording.valid, Tracer)
+    count = recording.valid.shape[0] if traced else int(np.asarray(recording.valid).sum())
+    if count <= len(names):
+        raise ValueError(
+            f"The recording has {count} observations, too few for {len(names)} parameters "
+            f"({', '.join(names)}); fix some of them."
+        )
+    return Problem(
+        system=system,
+        recording=recording,
+        names=names,
+        simulation=experiment.simulation,
+        loss=experiment.loss,
+        noise=experiment.noise,
+        ties=experiment.ties,
+    )

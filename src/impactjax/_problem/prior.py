@@ -1,0 +1,23 @@
+"""Knowledge of a parameter from elsewhere."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from impactjax._parameter import Requirement, as_parameter, is_positive, raise_if_violated
+
+
+class Normal(eqx.Module):
+    """What is known of a parameter beforehand: a normal distribution.
+
+    **Arguments:**
+
+    - `mean`, `sigma`: in the parameter's unit.
+    """
+
+    mean: Float[Array, "..."] = eqx.field(converter=as_parameter)
+    sigma: Float[Array, "..."] = eqx.field(converter=as_parameter)
+
+    def __check_init__(self) -> None:
+        mean = Requirement(jnp.isfinite(self.mean), "Argument `mean` must be finite")
+        raise_if_violated(self, [mean, is_positive("sigma", self.sigma)])

@@ -1,0 +1,182 @@
+"""Times of impacts."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, ArrayLike, Float
+
+from impactjax._first_look.first_look import FirstLook, look_at_flights
+from impactjax._known import namespace
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._parameter import as_parameter, plain
+from impactjax._record.abstract_recording import (
+    AbstractRecording,
+    Curves,
+    Instants,
+    Number,
+    Residuals,
+    Valid,
+    check_increasing,
+    check_list,
+    counted,
+)
+from impactjax._results import RESULTS
+from impactjax._sensor.sensor import Sensor
+from impactjax._sensor.system import System
+from impactjax._simulate.impact_log import ImpactLog
+from impactjax._simulate.simulate import simulate
+from impactjax._simulate.simulation import Simulation
+from impactjax._simulate.trajectory import Trajectory
+from impactjax._types import Flag, Scalar
+
+
+class ImpactTimes(AbstractRecording):
+    """The times of successive impacts, as heard or seen.
+
+    **Arguments:**
+
+    - `times`: strictly increasing [s].
+    - `valid`: which of them count; all if left out. An impact that was missed has a row that does
+      not, so that those after it keep their number; NaN does not count either. The first impact is
+      one whose time is known.
+
+    **Raises** `ValueError` for lists that are empty or not of one length, and for times that do not
+    increase.
+    """
+
+    times: Float[Array, " impacts"]
+    valid: Valid
+
+    def __init__(self, times: ArrayLike, valid: ArrayLike | None = None) -> None:
+        self.times = as_parameter(times)
+        check_list("times", self.times, self.times.shape)
+        self.valid = counted(self.times, valid)
+        if not isinstance(self.times, Tracer):
+            times = np.asarray(self.times)
+            if not np.isfinite(times[0]):
+                raise ValueError("The first of the impact times has to be known: begin with it.")
+            check_increasing("times", times[np.isfinite(times)])
+
+    @property
+    def instants(self) -> Instants:
+        return self.times
+
+    @property
+    def end(self) -> Number:
+        return jnp.nanmax(self.times)
+
+    @property
+    def usual_oscillator(self) -> str:
+        return "bouncing-ball"
+
+    def suits(self, oscillator: AbstractOscillator) -> bool:
+        return oscillator.weight() is not None
+
+    @property
+    def observed(self) -> str:
+        return "impact times"
+
+    @property
+    def unit(self) -> str:
+        return "s"
+
+    @property
+    def shown(self) -> tuple[str, float]:
+        return "ms", 1e3
+
+    @property
+    def axis(self) -> tuple[np.ndarray, str]:
+        return np.arange(self.times.shape[0]), "impact number"
+
+    @property
+    def observes_impacts(self) -> bool:
+        return True
+
+    @property
+    def shows_place(self) -> bool:
+        return False
+
+    def curves(self, residuals: np.ndarray) -> Curves:
+        unit, factor = self.shown
+        times, valid = np.asarray(self.times), np.asarray(self.valid)
+        whole = valid[1:] & valid[:-1]
+        flights = np.diff(times)[whole] * factor
+        fitted = np.diff(times + residuals)[whole] * factor
+        number, label = np.arange(1, len(times))[whole], f"duration of flight [{unit}]"
+        return Curves(number, flights, fitted, "flight number", label, dense=False)
+
+    def check_suits(self, model: ImpactOscillator) -> None:
+        """Impacts may happen to anything."""
+        del model
+
+    def residuals(
+        self, system: System, simulation: Simulation, logged: Flag | None
+    ) -> tuple[Residuals, ImpactLog]:
+        """The run starts at the first impact; the others are those of its impact log."""
+        del logged
+        times, trajectory = self.times, self._simulated(system, simulation)
+        simulated = jnp.concatenate([system.start.t0[None], trajectory.impacts.time])
+        happened = jnp.concatenate([jnp.ones(1, bool), trajectory.impacts.happened])
+        late = jnp.where(happened, simulated + system.sensor.delay - times, jnp.nan)
+        return jnp.where(self.valid, late, 0.0), trajectory.impacts
+
+    def result(self, system: System, simulation: Simulation) -> RESULTS:
+        return self._simulated(system, simulation).result
+
+    def _simulated(self, system: System, simulation: Simulation) -> Trajectory:
+        return simulate(
+            system.model,
+            system.initial,
+            (2 * self.end - self.begin)[None],
+            t0=system.start.t0,
+            step=simulation.step,
+            tolerance=simulation.tolerance,
+            max_steps=simulation.max_steps,
+            max_impacts=self.times.shape[0] - 1,
+        )
+
+    def shifted(self, rows: Residuals) -> "ImpactTimes":
+        return eqx.tree_at(lambda each: each.times, self, self.times - rows)
+
+    def within(self, share: float) -> Valid:
+        times = plain(self.times)
+        last = namespace(times).nanmax(times)
+        return plain(self.valid) & (times - times[0] <= share * (last - times[0]))
+
+    def truncated(self, share: float) -> "ImpactTimes":
+        return ImpactTimes(self.times, self.within(share))
+
+    def between(self, begin: float, end: float) -> "ImpactTimes":
+        kept = (self.times >= begin) & (self.times <= end)
+        return ImpactTimes(self.times[kept], self.valid[kept])
+
+    def turned(self) -> "ImpactTimes":
+        return self
+
+    def padded(self, count: int) -> "ImpactTimes":
+        times, valid = plain(self.times), plain(self.valid)
+        xp, more = namespace(times, valid), max(count - times.shape[0], 0)
+        unknown = xp.pad(times, (0, more), constant_values=np.nan)
+        return ImpactTimes(unknown, xp.pad(valid, (0, more)))
+
+    def span(self) -> tuple[float, float]:
+        return float(self.begin), float(self.end)
+
+    @property
+    def shows_fall(self) -> bool:
+        return False
+
+    def variation(self) -> Scalar:
+        return jnp.zeros((), self.times.dtype)
+
+    def first_look(
+        self, oscillator: AbstractOscillator, gap: float = 0.0, sensor: Sensor | None = None
+    ) -> FirstLook:
+        del gap, sensor
+        return look_at_flights(np.asarray(self.times), oscillator)
+
+    def free_part(self, look: FirstLook) -> tuple[float, float] | None:
+        """Between impacts it always is."""
+        del look

@@ -1,0 +1,63 @@
+"""Estimates kept in files."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from impactjax._fit.estimate import Estimate
+from impactjax._problem.build_problem import build_problem
+from impactjax._problem.experiment import Experiment
+from impactjax._problem.problem import Problem
+from impactjax._simulate.impact_log import ImpactLog
+
+_LOG = "impacts."
+
+
+def save(path: str | Path, estimate: Estimate[Problem]) -> None:
+    """Writes the numbers of an estimate, or of many under `vmap`, to an `.npz` file of NumPy's.
+
+    The experiment is code and is not written: `load` takes it.
+    """
+    arrays = {name: getattr(estimate, name) for name in _numbers()}
+    arrays |= {_LOG + name: getattr(estimate.impacts, name) for name in _columns()}
+    content: dict[str, Any] = {name: np.asarray(x) for name, x in arrays.items()}
+    with Path(path).open("wb") as file:
+        np.savez(file, names=np.array(estimate.names), **content)
+
+
+def load(path: str | Path, experiment: Experiment) -> Estimate[Problem]:
+    """An estimate from a file that `save` wrote.
+
+    **Arguments:**
+
+    - `path`: of the file.
+    - `experiment`: of which it is an estimate.
+
+    **Raises** `ValueError` for a file of other parameters, or of a recording of another length.
+    """
+    problem = build_problem(experiment)
+    with np.load(Path(path), allow_pickle=False) as file:
+        names = tuple(str(name) for name in file["names"])
+        if names != problem.names:
+            raise ValueError(
+                f"{path} holds {', '.join(names)}, but the experiment fits "
+                f"{', '.join(problem.names)}."
+            )
+        numbers = {name: jnp.asarray(file[name]) for name in _numbers()}
+        log = ImpactLog(**{name: jnp.asarray(file[_LOG + name]) for name in _columns()})
+    count, own = numbers["residuals"].shape[-1], problem.valid.shape[-1]
+    if count != own:
+        raise ValueError(f"{path} is of {count} observations, but the recording has {own}.")
+    return Estimate(problem=problem, impacts=log, **numbers)
+
+
+def _numbers() -> list[str]:
+    fields = (field.name for field in dataclasses.fields(Estimate))
+    return [name for name in fields if name not in ("problem", "impacts")]
+
+
+def _columns() -> list[str]:
+    return [field.name for field in dataclasses.fields(ImpactLog)]

@@ -1,0 +1,65 @@
+"""Reports written to files."""
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from impactjax._compare.compare import Comparison
+from impactjax._report.document import document
+from impactjax._report.page import page
+
+_FILES = ("fit.json", "report.html")
+
+
+def write_report(
+    folder: str | Path,
+    comparisons: Comparison | Sequence[Comparison],
+    *,
+    command: str = "impactjax.io.write_report",
+    force: bool = False,
+) -> tuple[Path, ...]:
+    """Writes `fit.json` and `report.html` for what `compare` found, and returns where they are.
+
+    Both are made before either is written.
+
+    **Arguments:**
+
+    - `folder`: made if it does not exist.
+    - `comparisons`: of one recording, or of several.
+    - `command`: what made them, as the report says it.
+    - `force`: whether to overwrite files.
+
+    **Raises** `FileExistsError` for files that exist.
+    """
+    several = [comparisons] if isinstance(comparisons, Comparison) else [*comparisons]
+    targets = report_files(Path(folder))
+    check_absent(targets, force)
+    texts = report_texts(several, command)
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    write_texts(targets, texts, force)
+    return targets
+
+
+def report_files(folder: Path) -> tuple[Path, ...]:
+    """The files of a report in a folder."""
+    return tuple(folder / name for name in _FILES)
+
+
+def check_absent(targets: Sequence[Path], force: bool) -> None:
+    """Raises `FileExistsError` for a file that exists, unless it is to be overwritten."""
+    for target in targets:
+        if os.path.lexists(target) and not force:
+            raise FileExistsError(17, "it exists", str(target))
+
+
+def report_texts(comparisons: Sequence[Comparison], command: str) -> tuple[str, ...]:
+    """The content of each file of a report."""
+    return json.dumps(document(comparisons), indent=2) + "\n", page(comparisons, command)
+
+
+def write_texts(targets: Sequence[Path], texts: Sequence[str], force: bool) -> None:
+    """Writes files; nothing is overwritten that came to be in the meantime."""
+    for target, text in zip(targets, texts, strict=True):
+        with target.open("w" if force else "x", encoding="utf-8") as file:
+            file.write(text)

@@ -1,0 +1,29 @@
+"""Figures, each a function of an `Axes` that it draws on and returns."""
+
+from impactjax._report.coupling_figures import plot_correlation as correlation
+from impactjax._report.coupling_figures import plot_directions as directions
+from impactjax._report.coupling_figures import plot_sensitivities as sensitivities
+from impactjax._report.fit_figures import plot_fit as fit
+from impactjax._report.fit_figures import plot_residuals as residuals
+from impactjax._report.residual_figures import plot_autocorrelation as autocorrelation
+from impactjax._report.residual_figures import plot_impact_residuals as impact_residuals
+from impactjax._report.residual_figures import plot_quantiles as quantiles
+from impactjax._report.restitution_figure import plot_learned_restitution as learned_restitution
+from impactjax._report.restitution_figure import plot_restitution as restitution
+from impactjax._report.search_figures import plot_first_look as first_look
+from impactjax._report.search_figures import plot_starts as starts
+
+__all__ = [
+    "autocorrelation",
+    "correlation",
+    "directions",
+    "first_look",
+    "fit",
+    "impact_residuals",
+    "learned_restitution",
+    "quantiles",
+    "residuals",
+    "restitution",
+    "sensitivities",
+    "starts",
+]
