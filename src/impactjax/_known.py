@@ -1,4 +1,4 @@
-"""Numbers that are known, which NumPy computes with at once, and those that JAX traces."""
+"""Distinction of known numbers, which NumPy computes with at once, from those that JAX traces."""
 
 from collections.abc import Callable
 from types import ModuleType
@@ -19,12 +19,12 @@ T = TypeVar("T")
 
 
 def is_known(tree: PyTree) -> bool:
-    """Whether all arrays of a tree have values already."""
+    """True if all arrays of a tree have values, so that none is traced."""
     return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(tree))
 
 
 def known(tree: T) -> T:
-    """The same with its known numbers as NumPy's; what JAX traces stays."""
+    """The same tree with its known arrays as NumPy arrays; traced ones stay."""
 
     def plain(leaf: PyTree) -> PyTree:
         own = isinstance(leaf, jax.Array) and not isinstance(leaf, Tracer)
@@ -34,13 +34,13 @@ def known(tree: T) -> T:
 
 
 def namespace(*trees: PyTree) -> ModuleType:
-    """The module that computes with some numbers: NumPy, if all are its own."""
+    """The array module for some trees: `numpy` if all arrays are NumPy's, else `jax.numpy`."""
     of_jax = any(isinstance(leaf, jax.Array) for leaf in jax.tree.leaves(trees))
     return jnp if of_jax else np
 
 
 def either(condition: Bool[AnyArray, ""], yes: Callable[[], T], no: T) -> T:
-    """One of two trees; where NumPy knows the condition, the first is made only if it is chosen."""
+    """One of two trees. If the condition is known, `yes` is called only if it is chosen."""
     if isinstance(condition, np.ndarray | np.generic):
         return yes() if condition else no
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes(), no)

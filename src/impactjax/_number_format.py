@@ -12,8 +12,8 @@ def with_error(value: float, error: float) -> str:
 
 
 def interval(low: float, high: float, error: float) -> str:
-    """The 95 % interval to two digits of the standard error; an open side is said, and one that is
-    not known, NaN.
+    """The 95 % interval to two digits of the standard error: "0.51 to 0.63", "less than 0.63" if
+    one side is open, "? to 0.63" if one end is not known (NaN).
     """
     if math.isnan(low) or math.isnan(high):
         ends = ("?" if math.isnan(end) else _rounded(end, error) for end in (low, high))
@@ -28,12 +28,12 @@ def interval(low: float, high: float, error: float) -> str:
 
 
 def with_unit(shown: str, unit: str) -> str:
-    """A number with its unit; nothing stands for that of a pure number."""
+    """A number with its unit; a pure number has none."""
     return shown if unit == "1" else f"{shown} {unit}"
 
 
 def apart(value: float, limit: float) -> tuple[str, str]:
-    """Two numbers with three digits, or as many as it takes to tell them apart."""
+    """Two numbers to three digits, or to as many as are needed to distinguish them."""
     for digits in range(3, 17):
         shown = f"{value:.{digits}g}", f"{limit:.{digits}g}"
         if shown[0] != shown[1]:

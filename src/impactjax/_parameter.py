@@ -19,19 +19,19 @@ class Range(NamedTuple):
     """The values that a parameter may take, and their unit."""
 
     unit: str
-    low: float  # not below this
-    high: float  # not above this
-    excludes_low: bool  # nor at `low` itself
-    known: bool  # usually measured otherwise: a fit leaves it alone unless asked
+    low: float  # least value
+    high: float  # greatest value
+    excludes_low: bool  # true if `low` itself is not allowed
+    known: bool  # true if usually measured separately: a fit varies it only on request
 
     def holds(self, value: Float[Array, "..."]) -> Bool[Array | np.ndarray | np.bool, "..."]:
-        """Whether a value is finite and in range."""
+        """True if a value is finite and in range."""
         number = plain(value)
         above = number > self.low if self.excludes_low else number >= self.low
         return (abs(number) < math.inf) & above & (number <= self.high)
 
     def describe(self) -> str:
-        """What must be, as in "must be ..."."""
+        """The range in words, to follow "must be": "finite and at least 0", "from 0 to 1"."""
         if self.low == -math.inf and self.high == math.inf:
             return "finite"
         if self.high == math.inf:
@@ -58,7 +58,7 @@ def parameter(
 
     - `unit`: such as "rad/s"; "1" for a pure number.
     - `above`, `at_least`, `at_most`: the range.
-    - `known`: whether it is usually measured otherwise, so that a fit leaves it alone.
+    - `known`: true if it is usually measured separately, so that a fit varies it only on request.
     """
     low = at_least if above is None else above
     return {_KEY: Range(unit, low, at_most, excludes_low=above is not None, known=known)}
@@ -75,17 +75,17 @@ def as_parameter(value: ArrayLike) -> Float[Array, "..."]:
 
 
 def plain(value: AnyArray) -> AnyArray:
-    """A known number as NumPy's, with which no operation is compiled."""
+    """A known number as a NumPy array, on which no operation has to be compiled."""
     return value if isinstance(value, Tracer) else np.asarray(value)
 
 
 def as_optional_parameter(value: ArrayLike | None) -> Float[Array, "..."] | None:
-    """As `as_parameter`; `None` leaves a part of the physics out."""
+    """Converter like `as_parameter`, but `None` stays; it leaves out a physical effect."""
     return None if value is None else as_parameter(value)
 
 
 def ranges(part: eqx.Module) -> dict[str, Range]:
-    """The parameters among the fields of a part of a model, those that are `None` left out."""
+    """The ranges of a part's parameters by field name, without those that are `None`."""
     return {
         field.name: field.metadata[_KEY]
         for field in dataclasses.fields(part)
@@ -99,14 +99,14 @@ def parameter_of(field: dataclasses.Field) -> Range | None:
 
 
 class Requirement(NamedTuple):
-    """A condition on parameters, and the sentence to say when it does not hold."""
+    """A condition on parameters, and the error message if it does not hold."""
 
     holds: Bool[Array | np.ndarray | np.bool, "..."]
     sentence: str
 
 
 def range_requirements(part: eqx.Module) -> list[Requirement]:
-    """The requirements that each parameter of a part is in its range."""
+    """For each parameter of a part, the requirement to be in its range."""
     return [_in_range(name, getattr(part, name), allowed) for name, allowed in ranges(part).items()]
 
 
@@ -130,7 +130,9 @@ def raise_if_violated(owner: eqx.Module, requirements: list[Requirement]) -> Non
 
 
 def require_restitution(r: ArrayLike, *, zero: bool) -> None:
-    """Refuses a known coefficient of restitution outside 0 to 1, or of `zero` unless allowed."""
+    """Raises `ValueError` for a known coefficient of restitution below 0, above 1, or equal to 0
+    unless `zero` is allowed.
+    """
     if isinstance(r, Tracer):
         return
     number = np.asarray(r)

@@ -1,17 +1,17 @@
-"""Refusal of arguments of a wrong kind, in a sentence, where an object is made."""
+"""Checks of the types of arguments, with a readable error where an object is made."""
 
 from collections.abc import Callable
 from typing import Any
 
 
 def check_kind(name: str, value: object, kind: type, example: str) -> None:
-    """Raises `TypeError` if an argument is of another kind.
+    """Raises `TypeError` if an argument does not have the required type.
 
     **Arguments:**
 
-    - `name`, `value`: of the argument.
-    - `kind`: what it must be.
-    - `example`: how one is made.
+    - `name`, `value`: name and value of the argument.
+    - `kind`: required type.
+    - `example`: code that makes one, quoted in the error.
     """
     if isinstance(value, kind):
         return
@@ -25,7 +25,7 @@ def check_kind(name: str, value: object, kind: type, example: str) -> None:
 
 
 def of_kind(name: str, kind: type, example: str, *, optional: bool = False) -> Callable[[Any], Any]:
-    """A converter of a field that lets nothing but a kind through, or `None` if that is allowed."""
+    """A field converter that lets only one type through, and `None` if `optional`."""
 
     def check(value: object) -> object:
         if not (optional and value is None):

@@ -1,10 +1,10 @@
-"""What can become of a lane, in words."""
+"""Result codes of a simulated lane, each with its message."""
 
 import equinox as eqx
 
 
 class RESULTS(eqx.Enumeration):
-    """Outcome of one simulated lane. All but `successful` name the next thing to try."""
+    """Result of one simulated lane. The message of each failure names the next thing to try."""
 
     successful = "successful"
     max_steps_reached = (

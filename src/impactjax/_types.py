@@ -1,7 +1,8 @@
-"""Shapes and units, once. SI and radians everywhere inside; degrees, ms and mm only at the edge.
+"""Array types with their shapes and units.
 
-A *coordinate* is the oscillator's own: rad for a pendulum, m for everything that moves on a line.
-A value belongs to one lane unless it says otherwise; `jax.vmap` adds the lanes.
+The package computes in SI units and radians; degrees, ms and mm occur only in files and figures.
+The *coordinate* is in rad for a pendulum and in m for everything that moves on a line. A type
+describes one lane unless stated otherwise; `jax.vmap` adds the axis of lanes.
 """
 
 from jaxtyping import Array, Bool, Float, Int

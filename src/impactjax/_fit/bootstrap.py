@@ -1,4 +1,4 @@
-"""Intervals from recordings that might as well have been made."""
+"""Parametric bootstrap: intervals from refits to simulated recordings."""
 
 import equinox as eqx
 import jax
@@ -17,11 +17,11 @@ _TAILS = (0.025, 0.975)
 class Bootstrap(eqx.Module):
     """Fits to recordings that were simulated with the values of an estimate.
 
-    - `names`: of the parameters.
-    - `values`: found in each simulated recording, in the parameters' own units.
-    - `converged`: whether the fit of each came to rest; the others do not count below.
+    - `names`: names of the parameters.
+    - `values`: fitted values for each simulated recording, in the parameters' own units.
+    - `converged`: true for each fit that converged; the others do not count below.
     - `standard_errors`: standard deviation of the values.
-    - `bias`: mean of the values less that with which they were simulated.
+    - `bias`: mean of the values minus the value with which the recordings were simulated.
     - `low`, `high`: ends of the middle 95 % of the values.
     """
 
@@ -41,19 +41,19 @@ def bootstrap(
     seed: int = 0,
     optimiser: LevenbergMarquardt = LevenbergMarquardt(horizons=(1.0,)),
 ) -> Bootstrap:
-    """How the values of an estimate vary from record to record, by simulating records.
+    """Parametric bootstrap of an estimate: errors and intervals from fits to simulated recordings.
 
-    Each is the fitted motion with fresh noise like the residuals, of their size and, as far as the
-    estimate's `noise` says so, correlated like them; independent and of the sensor's size, if that
-    is known. It is fitted again, from the estimate. Nothing is taken for small or linear, but the
-    law is taken for true. All fits are one batch.
+    Each replicate is the fitted motion plus random noise. The noise has the variance of the
+    residuals and the correlation given by the estimate's `noise`; it is independent and has the
+    sensor's variance if that is known. Each replicate is fitted again, starting from the estimate.
+    No linearisation is involved, but the law is assumed to be true. All fits form one batch.
 
     **Arguments:**
 
-    - `estimate`: of a single fit, or of several recordings together.
-    - `replicates`: how many records.
-    - `seed`: of the noise.
-    - `optimiser`: for the fits.
+    - `estimate`: estimate of a single fit, or of several recordings together.
+    - `replicates`: number of simulated recordings.
+    - `seed`: random seed of the noise.
+    - `optimiser`: settings of the fits.
 
     **Raises** `ValueError` for fewer than two replicates.
 
@@ -97,9 +97,10 @@ def _refits(
 def _simulated(
     problem: AbstractProblem, residuals: Residuals, key: Key[Array, ""]
 ) -> AbstractProblem:
-    """The problem with the fitted motion and fresh noise as what was recorded.
+    """The problem whose recording is the fitted motion plus random noise.
 
-    Fitting has taken a share of the residuals away, p of n degrees of freedom, which is given back.
+    A fit of p parameters to n observations reduces the residuals; the factor √(n/(n − p)) corrects
+    for it.
     """
     n, p = problem.observations.astype(residuals.dtype), len(problem.names)
     known = problem.variance()

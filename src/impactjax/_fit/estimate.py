@@ -1,4 +1,4 @@
-"""What a fit returns."""
+"""Result of a fit: parameters with their uncertainty."""
 
 import dataclasses
 import math
@@ -24,30 +24,31 @@ P = TypeVar("P", bound=AbstractProblem)
 class Estimate(eqx.Module, Generic[P]):
     """Parameters with their uncertainty, in the order of `names`.
 
-    - `values`, `standard_errors`: in the parameter's own unit; of small errors, or from the profile
-      where that says otherwise.
-    - `inflation`: factor of the errors over those for independent residuals [1].
-    - `freedom`: degrees of freedom of the errors: observations, counted as independent ones, less
-      parameters; infinite if the sensor's noise is known.
-    - `memory`: order of the autoregression that the residuals follow; 0 if they are independent.
-    - `low`, `high`: ends of the 95 % interval; a range's end, or infinity, where it is open; NaN
-      where its profile could not go on.
-    - `covariance`: of the values.
-    - `verdicts`: as `Verdict` numbers.
-    - `residuals`: simulated minus recorded, in the recording's SI unit; 0 if not valid. Of several
-      recordings in turn, each in sizes of its noise, then those of what is known beforehand.
+    - `values`, `standard_errors`: in the parameter's own unit. The errors are linearised, or agree
+      with the profile likelihood where the two differ clearly.
+    - `inflation`: ratio of the errors to those for independent residuals [1].
+    - `freedom`: degrees of freedom: effective number of independent observations minus parameters;
+      infinite if the sensor's noise is known.
+    - `memory`: order of the residuals' autoregression; 0 if they are independent.
+    - `low`, `high`: ends of the 95 % interval; the end of the range, or infinity, if that side is
+      open; NaN if the profile could not be completed.
+    - `covariance`: covariance matrix of the values.
+    - `verdicts`: `Verdict` numbers.
+    - `residuals`: simulated minus recorded, in the recording's SI unit; 0 if not valid. For several
+      recordings: those of each in turn, divided by its noise, then those of the priors.
     - `jacobian`: derivatives of the residuals by the parameters, in their own units.
-    - `impacts`: the impact log of the fitted system; with an axis of recordings if
-      several were fitted.
-    - `rms`: root of the mean square of the residuals.
-    - `aic`, `bic`: information criteria for normal residuals, of unknown size unless the
+    - `impacts`: impact log of the fitted system; with an axis of recordings if several were fitted.
+    - `rms`: root mean square of the residuals.
+    - `aic`, `bic`: information criteria for normal residuals, of unknown variance unless the
       sensor's is known.
-    - `misfit`: share of the record's standard deviation that is left [1], if that is so much, and
-      so little like noise, that the model plainly misses the record; else 0. Of several recordings
-      the largest.
-    - `converged`: whether the optimiser came to rest.
-    - `iterations`: evaluations it took.
-    - `start_costs`: the cost, half the sum of squares, at the end of the search from each start.
+    - `misfit`: unexplained share of the record's standard deviation [1] if the model plainly misses
+      the record; else 0. For several recordings, the largest.
+    - `converged`: true if the optimiser converged.
+    - `iterations`: number of evaluations.
+    - `start_costs`: cost, half the sum of squares, at the end of the search from each start.
+
+    Source: H. Akaike (1974), IEEE Transactions on Automatic Control 19, 716, for AIC; G. Schwarz
+    (1978), Annals of Statistics 6, 461, for BIC.
     """
 
     problem: P
@@ -72,7 +73,7 @@ class Estimate(eqx.Module, Generic[P]):
     start_costs: Float[AnyArray, "... starts"]
 
     def of(self, problem: P) -> "Estimate[P]":
-        """The estimate of a problem of which this one is that with more rows at the end."""
+        """The estimate of the unpadded problem, from this one, whose rows at the end are padding."""
         count = problem.valid.shape[-1]
         if count == self.residuals.shape[-1]:
             return self
@@ -97,8 +98,8 @@ class Estimate(eqx.Module, Generic[P]):
 
     @property
     def usable(self) -> Bool[AnyArray, "..."]:
-        """A search that converged, on a model that does not plainly miss the record. Otherwise
-        nothing is identified.
+        """True if the search converged and the model does not plainly miss the record. If not, no
+        parameter is identified.
         """
         return self.converged & (self.misfit == 0)
 
@@ -123,7 +124,7 @@ class Estimate(eqx.Module, Generic[P]):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many fits this holds, along each axis of a `vmap`; none of a single one."""
+        """Number of fits along each axis of a `vmap`; `()` for a single fit."""
         return self.rms.shape
 
     def check_single(self) -> None:
@@ -135,15 +136,17 @@ class Estimate(eqx.Module, Generic[P]):
             )
 
     def verdict(self, name: str) -> Verdict:
-        """What the recording tells about a parameter of a single fit."""
+        """The verdict on a parameter of a single fit: from which sides it is bounded."""
         self.check_single()
         if name not in self.names:
             return Verdict.FIXED
         return Verdict(int(np.asarray(self.verdicts[self.names.index(name)])))
 
     def quoted(self, name: str) -> str:
-        """A parameter's value with its standard error; only its bound, where the recording gives it
-        no more than that and the error is no measure of it. Of a single fit.
+        """A parameter of a single fit as text: its value with its standard error, "0.71 ± 0.02".
+
+        If the parameter is not bounded from both sides, and its error exceeds half its value, the
+        bound instead: "less than 0.0056".
         """
         self.check_single()
         i = self.names.index(name)
@@ -179,12 +182,12 @@ class Estimate(eqx.Module, Generic[P]):
 
 
 def _between(quoted: str) -> str:
-    """An equals sign before a value, a colon before words."""
+    """The text after an equals sign if it is a value, after a colon if it is words."""
     return f" = {quoted}" if "±" in quoted else f": {quoted}"
 
 
 def _resting(estimate: Estimate) -> dict[str, Rest]:
-    """The assumptions behind each value; none are listed for several recordings."""
+    """The assumptions behind each value, by name; empty for several recordings."""
     problem = estimate.problem
     if not isinstance(problem, Problem):
         return {}

@@ -1,4 +1,4 @@
-"""Evaluation of a point: the one program of all searches whose numbers are known."""
+"""Evaluation of a point: the only compiled program of searches outside `jit`."""
 
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
@@ -17,9 +17,10 @@ Parts = Bool[AnyArray, "parts observations"]
 
 
 class Evaluated(NamedTuple):
-    """The answer at a point, and the sums of squares that follow from it.
+    """Evaluation of a point.
 
-    - `quadratics`: the sums of squares of the parts of the observations around it.
+    - `answer`: residuals and their Jacobian.
+    - `quadratics`: Gauss-Newton models of the cost, one for each part of the observations.
     """
 
     answer: Answer
@@ -31,9 +32,9 @@ Evaluate: TypeAlias = Callable[[AbstractProblem, Vector, Parts, Flag], Evaluated
 
 @eqx.filter_jit
 def evaluate(problem: AbstractProblem, u: Vector, parts: Parts, logged: Flag) -> Evaluated:
-    """Evaluates a point in the optimiser's coordinates, with the impact log if that is wanted.
+    """Evaluates a point in the optimiser's coordinates, with the impact log if `logged`.
 
-    A lane alone: it takes half the time to compile that a batch would, and no longer to run.
+    It evaluates one lane: a batch would take twice as long to compile, and run no faster.
     """
     answer = problem.answer(problem.values(u), logged)
     return Evaluated(answer, jax.vmap(lambda part: problem.around(u, answer, part))(parts))

@@ -22,15 +22,15 @@ def fit(
     starts: Starts = Starts(1),
     optimiser: LevenbergMarquardt = LevenbergMarquardt(),
 ) -> Estimate[Problem]:
-    """Least squares between a simulated and a recorded motion, on exact Jacobians.
+    """Least-squares fit of a simulated to a recorded motion, with exact Jacobians.
 
     Works under `jit` and `vmap`, over whole experiments or parts of them.
 
     **Arguments:**
 
-    - `experiment`: the recording, the model with starting values, and what is known.
-    - `starts`: from where to search.
-    - `optimiser`: settings of the search.
+    - `experiment`: recording, model with starting values, and prior information.
+    - `starts`: starting points of the searches.
+    - `optimiser`: settings of the searches.
 
     **Raises** `ValueError` for a name that the experiment does not have, a value that is out of
     range, a number in the model that is not declared as a `parameter`, and for a recording with
@@ -52,7 +52,7 @@ def check_no_priors(experiment: Experiment) -> None:
 
 
 def check_search(starts: Starts, optimiser: LevenbergMarquardt) -> None:
-    """Raises `TypeError` for settings of another kind."""
+    """Raises `TypeError` for settings of another type."""
     check_kind("starts", starts, Starts, "Starts(16)")
     check_kind("optimiser", optimiser, LevenbergMarquardt, "LevenbergMarquardt()")
 
@@ -71,9 +71,13 @@ def best_from(
     search: Search = Search(),
     beside: Lanes | None = None,
 ) -> Estimate[P]:
-    """The estimate of the best of searches from some starts in the optimiser's coordinates, and
-    from as many others that are close already: in these each part is the whole record, so that none
-    ends above where it started.
+    """The estimate of the best of several searches.
+
+    **Arguments:**
+
+    - `lanes`: starts in the optimiser's coordinates.
+    - `beside`: as many further starts, close to a minimum. Their searches fit the whole record from
+      the beginning, so that no cost ends above that of its start.
     """
     own, problem = problem, problem.padded() if is_known(problem) else problem
     everything = np.ones(lanes.shape, bool)

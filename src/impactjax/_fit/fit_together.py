@@ -1,4 +1,4 @@
-"""The verb `fit_together`: several recordings, or what is known beforehand, in one estimate."""
+"""The verb `fit_together`: one estimate from several recordings and prior knowledge."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -20,8 +20,8 @@ from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 from impactjax._types import Scalar
 
-_ROUNDS = 3  # in which the sizes of the noise settle
-_STARTS = 8  # at most: with what so many of the experiments say of what is shared
+_ROUNDS = 3  # joint fits, between which the noise variances are estimated anew
+_STARTS = 8  # most starts: each takes the shared parameters from one experiment's own fit
 
 
 def fit_together(
@@ -35,22 +35,22 @@ def fit_together(
     """One estimate from several recordings: of one motion by several sensors, of one rig at several
     times, of one material on several rigs.
 
-    What belongs to the model (oscillator, stops, laws) is shared by all experiments that have it;
-    initial state and sensor are each experiment's own and, if there are several, get its number:
-    `theta0[1]`. What experiments say of `priors` counts beside the recordings.
+    Parameters of the model (oscillator, stops, laws) are shared by all experiments that have them.
+    Those of initial state and sensor belong to one experiment each; with several experiments their
+    names carry its number: `theta0[1]`. `priors` of the experiments count as further observations.
 
-    Each recording counts by the size of its own noise, which is known from its sensor or found:
-    first from a fit of that recording alone, then from what the joint fit leaves of it. Works
-    under `jit` and `vmap`.
+    Each recording is weighted by the variance of its noise. This is known from its sensor or
+    estimated: first from a fit of that recording alone, then from its residuals in the joint fit.
+    Works under `jit` and `vmap`.
 
     **Arguments:**
 
     - `experiments`: at least one.
-    - `shared`: names of further parameters that are shared, such as the initial state of one motion
-      seen by two sensors.
-    - `own`: names of parameters of the model that differ between experiments all the same.
-    - `starts`, `optimiser`: of the search in each recording alone; the joint searches start from
-      there.
+    - `shared`: names of further shared parameters, such as the initial state of one motion seen by
+      two sensors.
+    - `own`: names of model parameters that differ between experiments.
+    - `starts`, `optimiser`: for the fit of each recording alone; the joint searches start from
+      these fits.
 
     **Raises** `ValueError` as `fit` does, and for names that no experiment has or that are both
     `shared` and `own`.
@@ -82,8 +82,8 @@ def fit_together(
 
 
 def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Problem]:
-    """One experiment of a joint estimate, with the errors that all of them leave: for figures,
-    words and residuals. The criteria are those of the joint fit.
+    """One experiment's part of a joint estimate, for figures, words and residuals. Values, errors
+    and information criteria are those of the joint fit.
     """
     joint = estimate.problem
     places = jnp.array(joint.places[index])
@@ -116,7 +116,7 @@ def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Prob
 
 
 def _padded(experiments: Sequence[Experiment]) -> list[Experiment]:
-    """Records of one kind and length share a program."""
+    """The experiments with recordings of one type padded to one length, to share a program."""
     longest: dict[type, int] = {}
     for each in experiments:
         kind, count = type(each.recording), each.recording.valid.shape[-1]
@@ -152,7 +152,7 @@ def _priors(
 def _named(
     problems: Sequence[Problem], shared: Sequence[str], own: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[tuple[int, ...], ...]]:
-    """The joint names, and where among them each problem finds its own."""
+    """The joint names, and for each problem the indices of its parameters among them."""
     known = {name for problem in problems for name in problem.names}
     for name in (*shared, *own):
         if name not in known:
@@ -175,7 +175,7 @@ def _named(
 
 
 def _size(alone: Estimate[Problem]) -> Scalar:
-    """Size of the noise, as a recording alone shows it."""
+    """Noise σ of a recording, from its sensor or its own fit."""
     known = alone.problem.variance()
     if known is not None:
         return jnp.sqrt(known)
@@ -184,7 +184,7 @@ def _size(alone: Estimate[Problem]) -> Scalar:
 
 
 def _sizes(estimate: Estimate[JointProblem]) -> tuple[Scalar, ...]:
-    """Size of the noise of each recording, as the joint fit shows it."""
+    """Noise σ of each recording, from its sensor or its residuals in the joint fit."""
     joint, found = estimate.problem, []
     dtype = estimate.residuals.dtype
     share = 1 - len(joint.names) / joint.observations.astype(dtype)
@@ -198,7 +198,9 @@ def _sizes(estimate: Estimate[JointProblem]) -> tuple[Scalar, ...]:
 
 
 def _lanes(joint: JointProblem, alone: Sequence[Estimate[Problem]]) -> Lanes:
-    """Starts with what one experiment alone says of what is shared."""
+    """Starts of the joint search. Each takes the shared parameters from the fit of one experiment
+    alone, and the others from the fit of their own.
+    """
     order = range(len(alone))
     rows = []
     for chief in order[:_STARTS]:

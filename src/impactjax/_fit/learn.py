@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 Axes = Float[Array, "numbers numbers"]
 
-_NEAR = 0.1  # standard errors
+_NEAR = 0.1  # distance to the minimum, in standard errors, that counts as convergence
 
 
-@cache  # what it is used in is compiled once
+@cache  # one object, so that programs with it are compiled once
 def _lbfgs() -> "optax.GradientTransformation":
     import optax
 
@@ -42,31 +42,32 @@ def learn(
     rounds: int = 50,
     progress: Callable[[str], None] | None = None,
 ) -> Learned:
-    """Gradient descent with Optax between a simulated and a recorded motion.
+    """Gradient descent with Optax for the difference of a simulated and a recorded motion.
 
-    Finds arrays of weights, such as those of `LearnedRestitution` or of a law of your own, together
-    with the parameters that `fit` would find. Gradients are exact through every impact, by forward
-    mode for few numbers and by reverse mode for many. The search starts from the values in `model`,
-    `initial` and `sensor`: begin with a named law that was fitted. Without `where` it is the
-    first-order alternative to `fit`.
+    It fits arrays of weights, such as those of `LearnedRestitution` or of a law of your own,
+    together with the parameters that `fit` would fit. Gradients are exact through every impact: by
+    forward mode for few numbers, by reverse mode for many. The search starts from the values in
+    `model`, `initial` and `sensor`: use those of a named law that was fitted. Without `where` it
+    is a first-order alternative to `fit`.
 
-    The search goes in rounds. In each the optimiser begins anew and sees the cost in units of that
-    at the start of the round, in coordinates z in which its curvature there is one: a point is
-    p + (H + |g|)^(−1/2) z, with Gauss and Newton's curvature H and the gradient g at the start p.
-    So one learning rate suits all problems: for `optax.adam`, 0.1 is a good one.
+    The search consists of rounds. In each round the optimiser starts afresh with a scaled problem:
+    the cost is divided by its value at the start p of the round, and a point is
+    p + (H + |g|)^(−1/2) z, with the Gauss-Newton Hessian H and the gradient g at p, so that the
+    curvature in z is about one. One learning rate therefore suits all problems: 0.1 for
+    `optax.adam`.
 
     Works under `jit` and `vmap`, over experiments, without `progress`.
 
     **Arguments:**
 
-    - `experiment`: as for `fit`; the `noise` is what `restitution_band` assumes.
-    - `where`: the arrays to find in a system, which has `model`, `initial` and `sensor`, such as
-      `lambda system: system.model.lower.law.weights`; none if left out.
-    - `optimiser`: any of Optax's that makes do with value and gradient, or searches along a line;
-      `optax.lbfgs` if left out. Made once and used again, it is not compiled again.
-    - `steps`: of a round, at most; it ends before when the cost does not change any more.
-    - `rounds`: at most; the search ends before when it has converged.
-    - `progress`: is called with a line on how far the search is, after every round.
+    - `experiment`: as for `fit`; `restitution_band` uses its `noise`.
+    - `where`: function from a system, which has `model`, `initial` and `sensor`, to the arrays to
+      fit: `lambda system: system.model.lower.law.weights`; no arrays by default.
+    - `optimiser`: any Optax optimiser that needs only value and gradient, or a line search;
+      `optax.lbfgs` by default. Reuse the object, since a new one is compiled again.
+    - `steps`: most steps of a round; it ends earlier when the cost has stopped changing.
+    - `rounds`: most rounds; the search ends earlier when it has converged.
+    - `progress`: function called with a line of text after every round.
 
     **Raises** `ValueError` for what `fit` refuses, for a `where` that picks a parameter with a
     name, and for `steps` or `rounds` below one. A search that does not converge says so in what it
@@ -91,10 +92,10 @@ def learn(
 
 
 class _Slopes(eqx.Module):
-    """The cost around a point: its gradient g, and H + |g| with Gauss and Newton's curvature H.
+    """The cost around a point: its gradient g, and H + |g| with the Gauss-Newton Hessian H.
 
-    The |g| on the diagonal keeps a step from moving any number much farther than one, so that a
-    weight on its way to infinity, where it makes no difference any more, counts as at rest.
+    The |g| on the diagonal limits the Newton step of each number to about one. A weight that drifts
+    to infinity, where it no longer matters, then does not prevent convergence.
     """
 
     answer: Answer
@@ -103,15 +104,15 @@ class _Slopes(eqx.Module):
     curvature: Axes
 
     def expected_gain(self) -> Scalar:
-        """By how much a step would lower the cost: gᵀ (H + |g|)⁻¹ g / 2."""
+        """Expected decrease of the cost by a step: gᵀ (H + |g|)⁻¹ g / 2."""
         return self.gradient @ jnp.linalg.solve(self.curvature, self.gradient) / 2
 
     def unit(self) -> Scalar:
-        """The cost, if there is any."""
+        """The cost, if it is positive and finite; else 1."""
         return jnp.where(jnp.isfinite(self.cost) & (self.cost > 0), self.cost, 1.0)
 
     def axes(self) -> Axes:
-        """(H + |g|)^(−1/2), of the cost in its own unit; if that is unknown, one."""
+        """(H + |g|)^(−1/2) for the cost divided by `unit`; the identity if that is not finite."""
         sizes, vectors = jnp.linalg.eigh(self.curvature / self.unit())
         axes = vectors / jnp.sqrt(sizes)
         return jnp.where(jnp.all(jnp.isfinite(axes)), axes, jnp.eye(sizes.size))
@@ -126,9 +127,11 @@ def _slopes(task: Task, numbers: Numbers) -> _Slopes:
 
 
 class _Search(NamedTuple):
+    """State between rounds."""
+
     numbers: Numbers
-    slopes: _Slopes  # where the last round began
-    looks: Int[Array, ""]  # rounds begun
+    slopes: _Slopes  # at the start of the last round
+    looks: Int[Array, ""]  # number of rounds begun
     converged: Flag
     history: History
 
@@ -151,7 +154,7 @@ def _search(
     end: Int[Array, ""],
     search: _Search,
 ) -> _Search:
-    """Goes on until it looks at the point after `end` rounds, or has found the minimum."""
+    """Continues until the point after `end` rounds is evaluated, or the search has converged."""
 
     def go_on(now: _Search) -> _Search:
         slopes = _slopes(task, now.numbers)

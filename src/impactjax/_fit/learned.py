@@ -1,4 +1,4 @@
-"""What is learned, and what `learn` returns."""
+"""The problem that `learn` solves, and its result."""
 
 from collections.abc import Callable
 from functools import reduce
@@ -21,23 +21,23 @@ Numbers = Float[Array, " numbers"]
 
 
 class Task(eqx.Module):
-    """A problem of which some arrays without names, weights, are to be found too.
+    """A problem in which some unnamed arrays, the weights, are fitted as well.
 
-    All that is to be found is one vector of numbers without bounds: what stands for the parameters
-    with names in their ranges, as in `fit`, then the weights.
+    The unknowns are one vector of unbounded numbers: the unbounded coordinates of the named
+    parameters, as in `fit`, then the weights.
 
-    - `places`: which leaves of the system are weights.
+    - `places`: indices of the leaves of the system that are weights.
     """
 
     problem: Problem
     places: tuple[int, ...] = eqx.field(static=True)
 
     def start(self) -> Numbers:
-        """The numbers of the system's own values."""
+        """The numbers at the system's own values."""
         return ravel_pytree(self._parts())[0]
 
     def system(self, numbers: Numbers) -> System:
-        """The system that numbers stand for."""
+        """The system with parameters and weights set from numbers."""
         named, weights = ravel_pytree(self._parts())[1](numbers)
         leaves, structure = jax.tree.flatten(self.problem.system)
         for i, weight in zip(self.places, weights, strict=True):
@@ -46,7 +46,7 @@ class Task(eqx.Module):
         return replaced(jax.tree.unflatten(structure, leaves), self.problem.names, values)
 
     def answer(self, numbers: Numbers) -> Answer:
-        """What a simulation of that system says about the recording, with derivatives."""
+        """Residuals of the simulated system, with their Jacobian."""
 
         def residuals(numbers: Numbers) -> tuple[Array, Answer]:
             answer = self.problem.simulated(self.system(numbers))
@@ -56,7 +56,7 @@ class Task(eqx.Module):
         return answer._replace(jacobian=jacobian)
 
     def cost(self, numbers: Numbers) -> Scalar:
-        """The cost of that system, by the problem's loss."""
+        """Loss of the simulated system."""
         answer = self.problem.simulated(self.system(numbers))
         return jnp.sum(self.problem.loss.cost(answer.residuals))
 
@@ -68,14 +68,14 @@ class Task(eqx.Module):
 
 
 class Learned(eqx.Module):
-    """The best system that was found.
+    """Result of `learn`: the best system.
 
-    - `numbers`: what stands for it.
+    - `numbers`: its unbounded coordinates and weights.
     - `costs`: the cost, half the sum of squares, after each step; NaN for steps not taken.
-    - `iterations`: how many steps were taken.
-    - `refused`: how many of them led where the cost or its gradient is not finite, and were taken
-      back; half as long a step was tried next.
-    - `converged`: whether the step to the minimum that Gauss and Newton would expect is worth less
+    - `iterations`: number of steps taken.
+    - `refused`: number of steps rejected because the cost or its gradient is not finite there; a
+      rejected step is tried again at half its length.
+    - `converged`: true if the expected Gauss-Newton decrease of the cost is that of a step of less
       than a tenth of a standard error.
     - `residuals`: simulated minus recorded, in the recording's SI unit; 0 if not valid.
     - `jacobian`: derivatives of the residuals by `numbers`.
@@ -96,29 +96,29 @@ class Learned(eqx.Module):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The parameters with names that were found."""
+        """The named parameters that were fitted."""
         return self.task.problem.names
 
     @property
     def system(self) -> System:
-        """Model, initial state and sensor with what was found, of a single search."""
+        """Model, initial state and sensor with the learned values, for a single search."""
         return self.task.system(self.numbers)
 
     def value(self, name: str) -> Scalar:
-        """The value of a parameter with a name, of a single search."""
+        """The value of a named parameter, for a single search."""
         return handles(self.task.problem.system)[name].get(self.system)
 
 
 def no_weights(system: System) -> tuple[()]:
-    """Picks nothing."""
+    """Default of `where`, which selects no arrays."""
     del system
     return ()
 
 
 def places(system: System, where: Where) -> tuple[int, ...]:
-    """Which leaves of a system `where` picks.
+    """Indices of the leaves of a system that `where` selects.
 
-    **Raises** `ValueError` if one of them is a parameter with a name.
+    **Raises** `ValueError` if one of them is a named parameter.
     """
     leaves, structure = jax.tree.flatten(system)
     numbered = jax.tree.unflatten(structure, range(len(leaves)))

@@ -1,4 +1,9 @@
-"""From which sides a recording bounds each parameter, by refits with that parameter held."""
+"""Profile likelihood: intervals from refits with one parameter held.
+
+Source: D. J. Venzon and S. H. Moolgavkar (1988), "A method for computing
+profile-likelihood-based confidence intervals", Applied Statistics 37, 87; A. Raue et al. (2009),
+"Structural and practical identifiability analysis", Bioinformatics 25, 1923.
+"""
 
 import dataclasses
 import math
@@ -15,30 +20,34 @@ from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._parameter import Range
 
 _FIRST, _GROWTH, _FARTHEST = 2.0, 4.0, 200.0  # distances of the held values, in standard errors
-_ROUNDS = 12
-_NEAR = 0.02  # of the limit: the end of the interval is found
-_PLAIN = 4.0  # distance beyond which a side without a limit is open, whatever fails farther out
-_DIFFERENT = 1.5  # ratio of two errors of which a reader would ask which is right
-_CLOSE = 0.1  # relative distance to where nothing can be simulated: the walk ends there
+_ROUNDS = 12  # most refits on one side
+_NEAR = 0.02  # relative distance of the rise from its limit at which the end counts as found
+_PLAIN = 4.0  # distance beyond which a side is open even if simulations fail farther out
+_DIFFERENT = 1.5  # ratio of two errors above which the standard error is replaced
+_CLOSE = 0.1  # relative distance to a failing simulation at which the walk ends
 
 
 def profiled(
     estimate: Estimate[P], optimiser: LevenbergMarquardt = LevenbergMarquardt()
 ) -> Estimate[P]:
-    """The estimate with intervals and verdicts from the profile of the sum of squares.
-
-    An estimate that is not `usable` stays as it is: it bounds nothing.
+    """The estimate with intervals and verdicts from the profile likelihood.
 
     Each parameter is held at values on both sides of its estimate while the others are fitted
-    again. A side bounds it if the sum of squares rises there by more than a 95 % interval allows;
-    the end of the interval is where it does. Where a walk cannot go on, because nothing can be
-    simulated there or the limit is not found, the end is NaN and the verdict `UNDECIDED`. Standard
-    errors that differ from an interval by a factor of 1.5 or more become those that agree with it.
+    again. The interval ends where √((S − S_min)/σ²), with the sum of squares S of the refit,
+    reaches the 97.5 % quantile of Student's t, times `inflation` for correlated residuals. A side
+    on which it never does is open.
+
+    If the search for an end cannot continue, because the simulation fails there or the limit is
+    not found, the end is NaN and the verdict `UNDECIDED`. A standard error that differs from the
+    interval by a factor of 1.5 or more is replaced by that of the interval. An estimate that is
+    not `usable` is returned unchanged.
 
     **Arguments:**
 
-    - `estimate`: of a single fit.
-    - `optimiser`: for the refits.
+    - `estimate`: estimate of a single fit.
+    - `optimiser`: settings of the refits.
+
+    Source: Venzon and Moolgavkar, Applied Statistics 37, 87 (1988).
     """
     return profiled_by(Search(), estimate, optimiser)
 
@@ -46,7 +55,7 @@ def profiled(
 def profiled_by(
     search: Search, estimate: Estimate[P], optimiser: LevenbergMarquardt = LevenbergMarquardt()
 ) -> Estimate[P]:
-    """As `profiled`, by a search that one chooses."""
+    """Variant of `profiled` with a given search."""
     estimate.check_single()
     if not bool(estimate.usable):
         return estimate
@@ -75,10 +84,11 @@ def profiled_by(
 
 
 def _agreeing(estimate: Estimate, widths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Standard errors and covariance that agree with the widths of the intervals, if known.
+    """Standard errors and covariance, scaled to agree with the widths of the intervals; a width of
+    zero stands for an unknown one.
 
-    They do by themselves for small errors. They do not beside a parameter at the end of its range,
-    of which the errors know nothing: those of others that it is correlated with are too large then.
+    Both agree without scaling for small errors. They do not if another parameter is at the end of
+    its range, which linearised errors ignore: correlated parameters then get too large errors.
     """
     errors, covariance = np.asarray(estimate.standard_errors), np.asarray(estimate.covariance)
     half = widths / 2 / special.stdtrit(float(estimate.freedom), 0.975)
@@ -91,10 +101,10 @@ def _agreeing(estimate: Estimate, widths: np.ndarray) -> tuple[np.ndarray, np.nd
 
 @dataclasses.dataclass
 class _Walk:
-    """The way outwards from an estimate on one side of one parameter.
+    """Search for the end of an interval, outwards from the estimate on one side of one parameter.
 
-    Distances are in standard errors, or, for a positive parameter whose error exceeds half of it,
-    in natural logarithms.
+    Distances are in standard errors; for a positive parameter whose error exceeds half its value,
+    they are differences of its natural logarithm.
     """
 
     parameter: int
@@ -103,18 +113,18 @@ class _Walk:
     unit: float
     logarithmic: bool
     farthest: float  # distance to the end of the range
-    limit: float  # of the rise
-    inner: tuple[float, float] = (0.0, 0.0)  # distance and rise, within the interval
-    outer: tuple[float, float] | None = None  # beyond it
-    barrier: float = math.inf  # distance at which nothing could be simulated
+    limit: float  # rise at the end of the interval
+    inner: tuple[float, float] = (0.0, 0.0)  # distance and rise of a point inside the interval
+    outer: tuple[float, float] | None = None  # distance and rise of a point outside it
+    barrier: float = math.inf  # distance at which the simulation failed
     distance: float = 0.0
-    follows: bool = True  # whether the others start where they are expected, or at their estimates
+    follows: bool = True  # the others start at their conditional expectation, not at the estimate
     done: bool = False
     bounded: bool = False
 
     @property
     def failed(self) -> bool:
-        """Whether it could neither find the limit nor get to where there is none."""
+        """True if neither the end was found nor the side shown to be open."""
         return not self.bounded and self.inner[0] < min(self.farthest, _PLAIN)
 
     def value(self, distance: float) -> float:
@@ -124,7 +134,7 @@ class _Walk:
         return self.centre + self.side * distance * self.unit
 
     def next_value(self) -> float:
-        """The value to hold next: farther out, or between the two sides of the limit."""
+        """The value to hold next: farther out, or between points on both sides of the limit."""
         if self.outer is None:
             ahead = _FIRST if self.inner[0] == 0 else _GROWTH * self.inner[0]
             self.distance = min(ahead, self.farthest)
@@ -139,9 +149,9 @@ class _Walk:
         return self.value(self.distance)
 
     def learn(self, rise: float) -> None:
-        """Takes in the rise at the value that was held; NaN where nothing could be simulated."""
+        """Records the rise at the value that was held; NaN if the simulation failed."""
         if math.isnan(rise) and self.follows:
-            self.follows = False  # the same value once more: the others may have left their range
+            self.follows = False  # try the same value again: the others may have left their range
             return
         if math.isnan(rise) and self.outer is None:
             self.barrier = self.distance
@@ -197,11 +207,12 @@ def _rises(
     held: list[float],
     search: Search,
 ) -> np.ndarray:
-    """Rise of the root of the sum of squares at each held value, in noise sizes."""
+    """√((S − S_min)/σ²) at each held value, with the sum of squares S of the refit."""
     starts = np.array([_start(estimate, ranges, w, v) for w, v in zip(walks, held, strict=True)])
     active = np.ones(starts.shape, bool)
     active[np.arange(len(walks)), [walk.parameter for walk in walks]] = False
-    # The others start close: each part is the whole.
+    # Refits start near the optimum, so every horizon is the full record; their usual number is kept
+    # to reuse the compiled program.
     problem = estimate.problem.padded()
     whole = np.tile(np.asarray(problem.valid), (len(optimiser.horizons), 1))
     minima = search.minima(problem, optimiser, Searches(problem.unbounded(starts), active, whole))
@@ -215,7 +226,9 @@ def _rises(
 
 
 def _start(estimate: Estimate, ranges: list[Range], walk: _Walk, value: float) -> np.ndarray:
-    """Where the others are expected if one parameter is held."""
+    """Start of a refit: the expectation of the other parameters, given the held one,
+    p + C eⱼ (v − pⱼ) / Cⱼⱼ with the covariance C; clipped to their ranges.
+    """
     values, covariance = np.asarray(estimate.values), np.asarray(estimate.covariance)
     together = covariance[:, walk.parameter]
     variance = together[walk.parameter]

@@ -1,4 +1,4 @@
-"""Many searches at once."""
+"""Searches from many starts: one compiled evaluation for all, or one program under `jit`."""
 
 import dataclasses
 from typing import NamedTuple
@@ -28,17 +28,17 @@ from impactjax._optimise.minimiser import (
 )
 from impactjax._problem.problem import AbstractProblem, Answer
 
-_EARLY = 1e-3  # relative decrease at which a part of the record is fitted well enough
-_LEAST = 0.1  # usual move, relative to the farthest
-_FLAT = 0.1  # slope, relative to that at the start, below which a parameter starts anew
+_EARLY = 1e-3  # relative decrease that counts as convergence on a part before the last
+_LEAST = 0.1  # least usual step, relative to the longest
+_FLAT = 0.1  # slope of a bound, relative to that at the start, below which a parameter is reset
 
 
 class Searches(NamedTuple):
-    """Searches side by side.
+    """Searches of one problem.
 
-    - `starts`: in the optimiser's coordinates.
-    - `active`: which parameters may move in each.
-    - `parts`: of the observations, that are fitted one after the other; the last is the whole.
+    - `starts`: starting points in the optimiser's coordinates.
+    - `active`: masks of the parameters that may move in each search.
+    - `parts`: masks of the observations to fit one after the other; the last has all.
     """
 
     starts: Lanes
@@ -48,9 +48,9 @@ class Searches(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Search:
-    """The minima of many searches.
+    """Method of searching from many starts.
 
-    - `evaluate`: the residuals of a point, with all that follows from them.
+    - `evaluate`: function that evaluates a point.
     """
 
     evaluate: Evaluate = evaluate
@@ -58,7 +58,9 @@ class Search:
     def minima(
         self, problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: Searches
     ) -> Minimum[Answer]:
-        """A minimum from each start. What the observations leave open stays near its start."""
+        """The minimum from each start. On earlier parts, parameters that the data do not determine
+        stay near their start.
+        """
         if is_known((problem, searches)):
             found = _known(self.evaluate, problem, optimiser, known(searches))
             if found is not None:
@@ -84,8 +86,9 @@ def _known(
     optimiser: LevenbergMarquardt,
     searches: Searches,
 ) -> Minimum[Answer] | None:
-    """Searches that NumPy carries out around the evaluations; nothing if JAX traces these, because
-    a tie closes over what it traces.
+    """Searches carried out in NumPy, around compiled evaluations.
+
+    `None` if the evaluations turn out to be traced, because a tie closes over a traced value.
     """
     starts, parts = searches.starts, jnp.asarray(searches.parts)
     count = starts.shape[1]
@@ -107,7 +110,7 @@ def _known(
         each = [minimiser(*lane) for lane in zip(starts, searches.active, strict=True)]
         states = [own.begin(start) for own, start in zip(each, starts, strict=True)]
         while going := [i for i, state in enumerate(states) if not state.ended]:
-            # All are under way before the first is waited for.
+            # Dispatch all evaluations before waiting for the first.
             answers = [evaluate(problem, jnp.asarray(states[i].trial), parts, no) for i in going]
             if not is_known(answers):
                 return None
@@ -118,7 +121,7 @@ def _known(
 
 
 def _stacked(minima: list[Minimum[Evaluated | None]], like: Evaluated) -> Minimum[Answer]:
-    """Minima in one; the answers of searches that could evaluate nothing are zeros."""
+    """Minima stacked to one; answers of searches without a finite evaluation are zeros."""
     zeros = jax.tree.map(np.zeros_like, like.answer)
     answers = [zeros if each.answer is None else each.answer.answer for each in minima]
     rows = [dataclasses.replace(x, answer=own) for x, own in zip(minima, answers, strict=True)]
@@ -129,9 +132,9 @@ def _stacked(minima: list[Minimum[Evaluated | None]], like: Evaluated) -> Minimu
 def _traced(
     problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: Searches
 ) -> Minimum[Answer]:
-    """Searches in a program, together with what they evaluate."""
+    """Searches inside one program, as a queue of lanes."""
     starts, active, parts = searches
-    # Traced once, with what its ties close over.
+    # Trace the evaluation once, with the values its ties close over as arguments.
     answering = eqx.filter_closure_convert(eqx.Partial(_answered), problem, starts[0])
     arrays, other = eqx.partition((problem, parts, answering), eqx.is_array)
 
@@ -175,7 +178,7 @@ def _reductions(
 
 
 def _unstuck(problem: AbstractProblem, u: Vector, start: Vector) -> Vector:
-    """Parameters that have come to the flat end of a range begin anew."""
+    """A point with parameters at the flat end of their range reset to the start."""
     here, there = (namespace(u).abs(problem.slopes(x)) for x in (u, start))
     return namespace(u).where(here < _FLAT * there, start, u)
 
@@ -187,8 +190,8 @@ def _bounds(problem: AbstractProblem, start: Vector, active: Mask) -> Bounds:
 
 
 def _usual_moves(problem: AbstractProblem, start: Vector, reach: Vector) -> Vector:
-    """Moves that change each value by about as much as it is; infinite for one that starts at 0 and
-    may be anything.
+    """Step in unbounded coordinates that changes a value by about 100 %; `inf` for an unbounded
+    parameter that starts at 0.
     """
     xp, slopes = namespace(start), problem.slopes(start)
     moves = xp.abs(problem.values(start) / xp.where(slopes == 0, 1.0, slopes))

@@ -1,4 +1,4 @@
-"""From where to search."""
+"""Starting points of the searches."""
 
 import math
 
@@ -12,19 +12,19 @@ from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
 
 _CONTACT_SPREAD, _OTHER_SPREAD = 1.0, 0.02
-_INSIDE = 0.02  # of a range: at its very end nothing is felt
+_INSIDE = 0.02  # share of a range kept from its ends, where the derivative vanishes
 
 
 class Starts(eqx.Module):
-    """Where searches start: the model's own values, and values scattered around them.
+    """Starting points of searches: the model's own values, and values scattered around them.
 
-    Parameters of the contact, whose first estimates are the least certain, are scattered by factors
-    up to e, the others by 2 %.
+    Parameters of the contact laws, whose first estimates are the least certain, are multiplied by
+    random factors from 1/e to e, the others by factors within 2 % of 1.
 
     **Arguments:**
 
-    - `count`: how many searches; the first one starts at the model's own values.
-    - `seed`: of the scatter.
+    - `count`: number of searches; the first one starts at the model's own values.
+    - `seed`: random seed of the scatter.
     """
 
     count: int = eqx.field(default=16, static=True)
@@ -49,7 +49,7 @@ class Starts(eqx.Module):
 def _within(
     allowed: Range, value: Float[AnyArray, ""], factors: np.ndarray
 ) -> Float[AnyArray, " lanes"]:
-    """A value, and it times some factors, in range."""
+    """A value, and its products with some factors, clipped to its range."""
     xp, low, high = namespace(value), allowed.low, allowed.high
     inside = _INSIDE * (high - low) if math.isfinite(high - low) else 0.0
     others = xp.clip(value * factors, low + inside, high - inside)

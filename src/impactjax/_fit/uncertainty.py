@@ -1,4 +1,10 @@
-"""From a minimum to an estimate: covariance, intervals, criteria."""
+"""Uncertainty of a minimum: covariance, intervals and information criteria.
+
+With the Jacobian J, the scores e = ρ′(r) and the Hessian H = Jᵀ diag(ρ″) J the covariance is
+H⁻¹ cov(Jᵀ e) H⁻¹, the sandwich estimator.
+
+Source: H. White (1982), "Maximum likelihood estimation of misspecified models", Econometrica 50, 1.
+"""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,13 +18,21 @@ from impactjax._optimise.minimiser import Minimum
 from impactjax._problem.problem import AbstractProblem, Answer
 from impactjax._types import Scalar
 
-_LOST = 1e-6  # of a direction's length
+_LOST = 1e-6  # squared length of a direction that counts as lost to rounding
 _NORMAL = float(special.ndtri(0.975))
 
 
 @eqx.filter_jit
 def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estimate[P]:
-    """The estimate that a minimum stands for, in the approximation of small errors."""
+    """The estimate at a minimum, with errors in linear approximation.
+
+    - covariance: B cov(Bᵀ Jᵀ e) Bᵀ with H⁻¹ = B Bᵀ; infinite for a parameter that the data do not
+      contain
+    - interval: value ± t · error, with the 97.5 % quantile t of Student's distribution, cut off at
+      the range
+    - log-likelihood: −(n log(2π s²) + S/s²)/2 with s² = S/n, or the known variance
+    - AIC = 2k − 2 log L, BIC = k log n − 2 log L; k counts parameters and unknown noise variances
+    """
     residuals, jacobian = minimum.answer.residuals, minimum.answer.jacobian
     assert jacobian is not None
     loss, noise = problem.assumed()
@@ -44,7 +58,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     highest = jnp.array([places[name].allowed.high for name in problem.names], values.dtype)
     low, high = jnp.maximum(values - half_width, lowest), jnp.minimum(values + half_width, highest)
     scale = jnp.array([places[name].allowed.excludes_low for name in problem.names])
-    # The error of a scale that may be next to nothing says as little of how large it may be.
+    # A positive scale compatible with zero gets no upper bound from a linearised error.
     high = jnp.where(scale & (low <= lowest), highest, high)
     size = squares / n if known is None else known
     simulated = jnp.isfinite(squares)
@@ -79,7 +93,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
 
 
 def verdicts(below: Array, above: Array) -> Array:
-    """Verdicts from whether the parameters are bounded from below and from above."""
+    """Verdicts on parameters, from masks of those bounded from below and from above."""
     both = jnp.where(below & above, Verdict.IDENTIFIED, Verdict.ONE_SIDED)
     return jnp.where(below | above, both, Verdict.NOT_IDENTIFIED).astype(jnp.int32)
 
@@ -87,11 +101,12 @@ def verdicts(below: Array, above: Array) -> Array:
 def _spread(
     problem: AbstractProblem, residuals: Array, n: Scalar, directions: Array
 ) -> tuple[Array, Scalar]:
-    """Covariance of the pull along some directions of the residuals, and its degrees of freedom.
+    """Covariance of the scores along some directions in the space of observations, and its degrees
+    of freedom.
 
-    The directions have length one or, where rounding leaves no information, less: what lacks counts
-    as independent. Correlated residuals stand for fewer independent ones, n / κ with κ the mean of
-    their spread along the directions over that of independent ones.
+    The effective sample size is n/κ, with κ = tr(covariance) / its value for independent residuals.
+    Directions have length one; where they are shorter, information was lost to rounding, and the
+    residuals along the missing part are treated as independent.
     """
     p = directions.shape[1]
     loss, noise = problem.assumed()
@@ -106,7 +121,7 @@ def _spread(
 
 
 def _quantile(freedom: Scalar, most: int) -> Scalar:
-    """The 97.5 % quantile of Student's distribution."""
+    """The 0.975 quantile of Student's t, interpolated in the degrees of freedom."""
     whole = np.arange(1.0, most + 1)
     table = special.stdtrit(whole, 0.975)
     whole, table = jnp.asarray(whole, freedom.dtype), jnp.asarray(table, freedom.dtype)
@@ -115,9 +130,9 @@ def _quantile(freedom: Scalar, most: int) -> Scalar:
 
 
 def _half_inverse(information: Array) -> tuple[Array, Array]:
-    """A matrix H with H Hᵀ the inverse, and which parameters carry information at all.
+    """A matrix B with B Bᵀ the inverse of the information, and a mask of the parameters with any.
 
-    The information is scaled first; eigenvalues that rounding may have made are raised.
+    The information is first scaled to a unit diagonal. Eigenvalues below rounding are raised to it.
     """
     diagonal = jnp.diagonal(information)
     informative = diagonal > 0

@@ -1,4 +1,4 @@
-"""What a recording tells about a parameter."""
+"""Verdicts on the identifiability of a parameter."""
 
 import enum
 
@@ -6,13 +6,13 @@ _WORDS = "fixed", "identified", "one-sided", "not identified", "undecided"
 
 
 class Verdict(enum.IntEnum):
-    """From which sides the recording bounds a parameter."""
+    """Identifiability of a parameter: the sides from which the recording bounds it."""
 
     FIXED = 0
     IDENTIFIED = 1  # from both sides
     ONE_SIDED = 2  # from one side only
     NOT_IDENTIFIED = 3  # from none
-    UNDECIDED = 4  # where the profile could not go on, which says nothing
+    UNDECIDED = 4  # the profile could not be completed
 
     def __str__(self) -> str:
         return _WORDS[self.value]

@@ -1,4 +1,12 @@
-"""Parameters in their range as unbounded numbers, for the optimiser."""
+"""Transformations between a parameter in its range and an unbounded coordinate.
+
+The optimiser works in the unbounded coordinate u; no step of it can leave the range:
+
+- no limit: value = u
+- above `low`: value = low + exp(u)
+- from `low`: value = low + 2 sinh²(u/2); likewise downwards from `high`
+- from `low` to `high`: value = low + (high − low) (1 + sin u) / 2
+"""
 
 import math
 
@@ -11,7 +19,7 @@ Values = Float[AnyArray, "..."]
 
 
 def to_unbounded(allowed: Range, value: Values) -> Values:
-    """The unbounded number that stands for a value in range."""
+    """The unbounded coordinate of a value in range."""
     xp, low, high = namespace(value), allowed.low, allowed.high
     if low == -math.inf and high == math.inf:
         return value
@@ -24,7 +32,7 @@ def to_unbounded(allowed: Range, value: Values) -> Values:
 
 
 def to_range(allowed: Range, u: Values) -> Values:
-    """The value in range that an unbounded number stands for."""
+    """The value in range at an unbounded coordinate."""
     xp, low, high = namespace(u), allowed.low, allowed.high
     if low == -math.inf and high == math.inf:
         return u
@@ -37,7 +45,7 @@ def to_range(allowed: Range, u: Values) -> Values:
 
 
 def slope(allowed: Range, u: Values) -> Values:
-    """The derivative of the value in range by its unbounded number."""
+    """The derivative of the value by its unbounded coordinate."""
     xp, low, high = namespace(u), allowed.low, allowed.high
     if low == -math.inf and high == math.inf:
         return xp.ones_like(u)
@@ -49,5 +57,7 @@ def slope(allowed: Range, u: Values) -> Values:
 
 
 def farthest_move(allowed: Range) -> float:
-    """How far the unbounded number may move at once, so as not to get lost far out."""
+    """The longest step of the unbounded coordinate: 1 where the range has an end, since the value
+    may grow exponentially with the coordinate; infinite where it has none.
+    """
     return math.inf if allowed.low == -math.inf and allowed.high == math.inf else 1.0

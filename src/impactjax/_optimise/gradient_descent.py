@@ -1,4 +1,4 @@
-"""Gradient descent with Optax that takes no step in silence that cannot be computed."""
+"""Gradient descent with Optax; a step to a non-finite cost is rejected, halved and counted."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple, cast
@@ -16,17 +16,17 @@ Vector = Float[Array, " numbers"]
 Cost = Callable[[Vector], Scalar]
 
 _FORWARD = 48  # numbers up to which a gradient is faster, and compiled sooner, by forward mode
-_CALM = 1e-9  # relative change of the cost
-_CALM_STEPS = 8  # in a row, after which the search ends
-_SHORTEST = 1e-6  # of a step
+_CALM = 1e-9  # relative change of the cost below which a step counts as calm
+_CALM_STEPS = 8  # consecutive calm steps after which the search ends
+_SHORTEST = 1e-6  # share of a proposed step below which the search gives up
 
 
 class History(NamedTuple):
-    """What has been done.
+    """Record of the steps taken.
 
-    - `costs`: after each step.
-    - `iterations`: how many steps.
-    - `refused`: how many of them could not be computed.
+    - `costs`: cost after each step.
+    - `iterations`: number of steps.
+    - `refused`: number of steps whose cost or gradient was not finite.
     """
 
     costs: Float[Array, " steps"]
@@ -35,12 +35,20 @@ class History(NamedTuple):
 
 
 class Descent(NamedTuple):
-    """Where a search is: the last point that could be computed, and the step proposed from it."""
+    """State of a search.
+
+    - `point`, `cost`: the last point with a finite cost and gradient.
+    - `move`, `share`: the step proposed from there, and the share of it to take.
+    - `memory`: the state of the Optax optimiser.
+    - `best`, `lowest`: the best point so far and its cost.
+    - `calm`: consecutive steps that hardly changed the cost.
+    - `unit`: factor by which the costs in `history` are larger than those of the search.
+    """
 
     point: Vector
     cost: Scalar
     move: Vector
-    share: Scalar  # of the move to take
+    share: Scalar
     memory: "optax.OptState"
     best: Vector
     lowest: Scalar
@@ -50,14 +58,14 @@ class Descent(NamedTuple):
 
     @property
     def over(self) -> Flag:
-        """Whether the cost does not change any more, or no step can be computed."""
+        """True if the cost has stopped changing, or no step leads to a finite cost."""
         return (self.calm >= _CALM_STEPS) | (self.share < _SHORTEST)
 
 
 def begin(
     optimiser: "optax.GradientTransformation", start: Vector, unit: Scalar, history: History
 ) -> Descent:
-    """Before the first step; `unit` is what the history's costs have."""
+    """State before the first step; `unit` is the factor from its costs to those of the history."""
     one = jnp.ones((), start.dtype)
     return Descent(
         point=start,
@@ -74,10 +82,11 @@ def begin(
 
 
 def step(optimiser: "optax.GradientTransformation", cost: Cost, now: Descent) -> Descent:
-    """Computes the point that was proposed, and a proposal from there; half of the step next time
-    if cost or gradient is not finite.
+    """Evaluates the proposed point and proposes a step from there.
+
+    If the cost or the gradient is not finite, the point is rejected and half the step is proposed.
     """
-    import optax  # a tenth of a second that `fit` can do without
+    import optax  # takes 0.1 s to import; `fit` does not need it
 
     function = cost if now.point.size > _FORWARD else _by_forward_mode(cost)
     trial = now.point + now.share * now.move
@@ -107,13 +116,13 @@ def step(optimiser: "optax.GradientTransformation", cost: Cost, now: Descent) ->
         unit=now.unit,
         history=history,
     )
-    nowhere = ~jnp.isfinite(now.cost)  # not even the start
+    nowhere = ~jnp.isfinite(now.cost)  # not even the start has a finite cost
     back = now._replace(share=jnp.where(nowhere, 0.0, now.share / 2), history=history)
     return jax.tree.map(lambda new, old: jnp.where(fine, new, old), taken, back)
 
 
 def _by_forward_mode(cost: Cost) -> Cost:
-    """The same function, whose gradient is computed in forward mode even if reverse is asked."""
+    """The same function; reverse-mode differentiation of it runs in forward mode instead."""
 
     def both(point: Vector) -> tuple[Scalar, Scalar]:
         value = cost(point)

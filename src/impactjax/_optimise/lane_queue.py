@@ -1,6 +1,15 @@
-"""Many iterations in one batch, each as long as it takes: where one ends, the next one begins.
+"""Queue of lanes: many iterations in one batch, where a lane that has ended makes room for another.
 
-In a loop under `vmap` all lanes wait for the slowest.
+In a loop under `vmap` all lanes wait for the slowest. Here a few slots are iterated side by side,
+and a slot whose lane has ended takes the next lane of the queue. Five lanes that take 3, 1, 1, 2
+and 1 iterations, in two slots:
+
+    iteration   1  2  3  4
+    slot 0      a  a  a  e
+    slot 1      b  c  d  d
+
+Under `vmap` the lanes of all batch members share one queue. Each lane then has the number of its
+*group*: the row of the data that belongs to its batch member.
 """
 
 import dataclasses
@@ -14,7 +23,7 @@ from jaxtyping import Array, Bool, Int, PyTree
 
 from impactjax._types import Flag
 
-_FEWEST, _MOST = 8, 24  # lanes at work at a time, whose data fit into the cache of a core
+_FEWEST, _MOST = 8, 24  # slots; the data of as many lanes fit into the cache of a core
 
 Data = TypeVar("Data", bound=PyTree)
 Lane = TypeVar("Lane", bound=PyTree)
@@ -24,12 +33,12 @@ R = TypeVar("R", bound=PyTree)
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Iteration(Generic[Data, Lane, S, R]):
-    """What is done for each lane.
+    """An iteration as four functions.
 
     - `begin`: the first state.
-    - `go_on`: the next one.
-    - `ended`: whether a state is the last.
-    - `result`: what the last state tells.
+    - `go_on`: the next state.
+    - `ended`: true if a state is the last.
+    - `result`: the result, from the last state.
     """
 
     begin: Callable[[Data, Lane], S]
@@ -39,13 +48,14 @@ class Iteration(Generic[Data, Lane, S, R]):
 
 
 def in_turn(iteration: Iteration[Data, Lane, S, R], data: Data, lanes: Lane) -> R:
-    """The result for each lane; the data are those of all. Under `vmap` all lanes of all members
-    are one queue; derivatives, in forward mode, are those of every iteration.
+    """The result for each lane. Under `vmap` the lanes of all batch members share one queue.
+    Forward mode differentiates through every iteration; there is no reverse mode.
 
     **Arguments:**
 
-    - `data`: arrays, and all that the iteration depends on.
-    - `lanes`: arrays with an axis of lanes first.
+    - `iteration`: its functions, each of the data, a lane and a state.
+    - `data`: arrays that all lanes share; the iteration closes over no others.
+    - `lanes`: arrays whose first axis counts the lanes.
     """
 
     @jax.custom_jvp
@@ -72,7 +82,7 @@ def in_turn(iteration: Iteration[Data, Lane, S, R], data: Data, lanes: Lane) -> 
 
 
 def _side_by_side(iteration: Iteration[Data, Lane, S, R], data: Data, lanes: Lane) -> R:
-    """The same as a loop under `vmap`."""
+    """The results by a plain loop under `vmap`, which JAX can differentiate."""
 
     def one(lane: Lane) -> R:
         end = jax.lax.while_loop(
@@ -86,41 +96,47 @@ def _side_by_side(iteration: Iteration[Data, Lane, S, R], data: Data, lanes: Lan
 
 
 def _queued(iteration: Iteration[Data, Lane, S, R]) -> Callable[[Data, Int[Array, "..."], Lane], R]:
-    """The results for lanes with data of their groups; `vmap` makes more lanes of it."""
+    """The results of lanes, each with the data of its group, as a function that `vmap` turns into
+    a longer queue.
+
+    A batch of m members of n lanes becomes m n lanes in m times as many groups: with one group to
+    begin with, lane i of member j gets group j.
+    """
 
     @jax.custom_batching.custom_vmap
-    def run(data: Data, of: Int[Array, " lanes"], lanes: Lane) -> R:
-        return _run(iteration, data, of, lanes)
+    def run(data: Data, group: Int[Array, " lanes"], lanes: Lane) -> R:
+        return _run(iteration, data, group, lanes)
 
     @run.def_vmap
-    def _(size: int, batched: list, data: Data, of: Int[Array, "..."], lanes: Lane) -> tuple:
-        of_data, of_of, of_lanes = batched
-        of = _everywhere(size, of, of_of)
-        if any(jax.tree.leaves(of_data)):
-            data = jax.tree.map(lambda x, own: _everywhere(size, x, own), data, of_data)
+    def _(size: int, batched: list, data: Data, group: Int[Array, "..."], lanes: Lane) -> tuple:
+        data_batched, group_batched, lanes_batched = batched
+        group = _everywhere(size, group, group_batched)
+        if any(jax.tree.leaves(data_batched)):
+            data = jax.tree.map(lambda x, on: _everywhere(size, x, on), data, data_batched)
             groups = jax.tree.leaves(data)[0].shape[1]
-            of = of + groups * jnp.arange(size, dtype=of.dtype)[:, None]
+            group = group + groups * jnp.arange(size, dtype=group.dtype)[:, None]
             data = _merged(data)
-        lanes = jax.tree.map(lambda x, own: _everywhere(size, x, own), lanes, of_lanes)
-        found = run(data, of.reshape(-1), _merged(lanes))
-        found = jax.tree.map(lambda x: x.reshape(size, -1, *x.shape[1:]), found)
-        return found, jax.tree.map(lambda _: True, found)
+        lanes = jax.tree.map(lambda x, on: _everywhere(size, x, on), lanes, lanes_batched)
+        results = run(data, group.reshape(-1), _merged(lanes))
+        results = jax.tree.map(lambda x: x.reshape(size, -1, *x.shape[1:]), results)
+        return results, jax.tree.map(lambda _: True, results)
 
     return run
 
 
 def _everywhere(size: int, x: Array, batched: bool) -> Array:
+    """An array with a batch axis first, repeated if it has none."""
     return x if batched else jnp.broadcast_to(x, (size, *x.shape))
 
 
 def _merged(tree: PyTree) -> PyTree:
-    """The first two axes as one."""
+    """A tree whose arrays have their first two axes merged."""
     return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), tree)
 
 
 def _slots(count: int) -> int:
-    """How many lanes are at work at a time: few enough to have others to follow, but all of them on
-    a device made for many.
+    """Number of slots: on a CPU few, so that a lane that has ended has one to follow it; on other
+    devices one for each lane.
     """
     if jax.default_backend() != "cpu":
         return count
@@ -128,14 +144,16 @@ def _slots(count: int) -> int:
 
 
 class _Queue(NamedTuple):
-    lane: Int[Array, " slots"]  # at work in each slot; beyond the last one none is left
+    """State of the queue: slots at work, the next lane to take, and the results so far."""
+
+    lane: Int[Array, " slots"]  # the lane in each slot; an index past the last lane: slot empty
     states: PyTree
     next: Int[Array, ""]
     results: PyTree
 
 
 def _kept(results: R, lane: Int[Array, " slots"], ended: Bool[Array, " slots"], found: R) -> R:
-    """The results with those of the lanes that ended, written one after the other in place."""
+    """The results, with those of the lanes that ended written in place one after the other."""
     slots = jnp.argsort(~ended)
 
     def write(k: Int[Array, ""], results: R) -> R:
@@ -150,14 +168,17 @@ def _kept(results: R, lane: Int[Array, " slots"], ended: Bool[Array, " slots"], 
 
 
 def _run(
-    iteration: Iteration[Data, Lane, S, R], data: Data, of: Int[Array, " lanes"], lanes: Lane
+    iteration: Iteration[Data, Lane, S, R], data: Data, group: Int[Array, " lanes"], lanes: Lane
 ) -> R:
-    count = of.shape[0]
+    """Works off the queue. Each turn iterates all slots once, stores the results of those that
+    ended, and gives them the next lanes.
+    """
+    count = group.shape[0]
     alone = jax.tree.leaves(data)[0].shape[0] == 1
 
     def given(i: Int[Array, ""]) -> tuple[Data, Lane]:
-        group = 0 if alone else of[i]
-        return jax.tree.map(lambda x: x[group], data), jax.tree.map(lambda x: x[i], lanes)
+        row = 0 if alone else group[i]
+        return jax.tree.map(lambda x: x[row], data), jax.tree.map(lambda x: x[i], lanes)
 
     def begin(i: Int[Array, ""]) -> S:
         return iteration.begin(*given(i))

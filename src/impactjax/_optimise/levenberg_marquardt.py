@@ -1,4 +1,4 @@
-"""The settings of Levenberg and Marquardt's method."""
+"""Settings of the Levenberg-Marquardt method."""
 
 import itertools
 
@@ -6,16 +6,20 @@ import equinox as eqx
 
 
 class LevenbergMarquardt(eqx.Module):
-    """The optimiser's settings.
+    """Settings of the Levenberg-Marquardt method.
 
     **Arguments:**
 
     - `max_iterations`: evaluations of residuals and Jacobian, for each part of the record.
-    - `reduction`: relative decrease of the sum of squares below which it has converged.
-    - `damping`: first damping, relative to the curvature.
-    - `horizons`: parts of the record, as fractions of it, that are fitted one after the other, each
-      from where the last one ended; the last is the whole. Over a short time a motion far from the
-      recorded one has not yet lost its phase: a search from afar ends at the right minimum.
+    - `reduction`: relative decrease of the sum of squares below which the search has converged.
+    - `damping`: initial damping, relative to the curvature.
+    - `horizons`: fractions of the record that are fitted one after the other, each starting from
+      the minimum of the previous one; the last is 1. Over a short time a simulated motion far from
+      the recorded one is still in phase with it, so that the search ends at the right minimum.
+
+    Source: K. Levenberg (1944), "A method for the solution of certain non-linear problems in least
+    squares", Quarterly of Applied Mathematics 2; D. W. Marquardt (1963), "An algorithm for
+    least-squares estimation of nonlinear parameters", Journal of SIAM 11.
     """
 
     max_iterations: int = eqx.field(default=150, static=True)

@@ -1,9 +1,12 @@
-"""Nonlinear least squares by Levenberg and Marquardt, an evaluation at a time.
+"""Nonlinear least squares by the Levenberg-Marquardt method, one evaluation at a time.
 
-A search asks for the value at a point and is told it: one step serves a search whose numbers are
-known, with evaluations of many searches in one call, and one that JAX traces.
+A search is a state and two functions: the state names the next point to evaluate, and `told` takes
+the result of that evaluation to the next state. The caller evaluates the residuals. So the same
+code runs in NumPy, with many searches evaluated in one call, and inside a program that JAX traces.
 
-Source: damping by gain as in Nielsen (1999), "Damping parameter in Marquardt's method", IMM-REP.
+Source: H. B. Nielsen (1999), "Damping parameter in Marquardt's method", IMM-REP-1999-05, Technical
+University of Denmark, for the damping; K. Madsen, H. B. Nielsen and O. Tingleff (2004), "Methods
+for non-linear least squares problems", section 3.2, for the whole method.
 """
 
 import dataclasses
@@ -18,7 +21,7 @@ from impactjax._known import AnyArray, either, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 
 _TIE = 0.001  # share of the strongest curvature in the damping of each parameter
-_GROWTH = 2.0  # of the damping, when a step is refused for the first time
+_GROWTH = 2.0  # Nielsen's ν: factor of the damping when a step is rejected for the first time
 _TOO_MUCH, _LEAST_DAMPING = 1e12, 1e-12
 
 T = TypeVar("T")
@@ -31,7 +34,9 @@ Count = Int[AnyArray, ""]
 
 
 class Quadratic(eqx.Module):
-    """The sum of squares around a point, in the optimiser's coordinates."""
+    """Gauss-Newton model of the cost around a point, in the optimiser's coordinates:
+    F(u + p) ≈ F + gᵀ p + pᵀ H p / 2 with g = Jᵀ r and H = Jᵀ J.
+    """
 
     cost: Float[AnyArray, "..."]  # Σ r² / 2
     gradient: Float[AnyArray, "... parameters"]
@@ -40,12 +45,12 @@ class Quadratic(eqx.Module):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Objective(Generic[T]):
-    """The function to be minimised, over one part of the observations after the other; the last
-    part is the whole.
+    """Function to be minimised: the cost of growing parts of the observations, of which the last is
+    the whole.
 
-    - `around`: the sum of squares of a part around a point, from the answer of its evaluation.
-    - `onwards`: where the search of the next part starts if that of the last one ends at a point.
-    - `reductions`: of each part, relative decrease of the cost below which its minimum is found.
+    - `around`: the Gauss-Newton model of a part around a point, from the evaluation of that point.
+    - `onwards`: the start of the search in the next part, from the minimum of the previous one.
+    - `reductions`: for each part, the relative decrease of the cost that counts as convergence.
     """
 
     around: Callable[[Vector, T, Count], Quadratic]
@@ -56,10 +61,10 @@ class Objective(Generic[T]):
 class Bounds(NamedTuple):
     """Limits of a search.
 
-    - `active`: which parameters may move at all.
-    - `reach`: the farthest that each may move at once.
-    - `usual`: the farthest that each may move where it is felt with others only; infinite for one
-      that may do so anyway.
+    - `active`: mask of the parameters that may move.
+    - `reach`: limit of a step, for each parameter.
+    - `usual`: limit of a step along directions that the data hardly determine, such as that along
+      which only the sum of two parameters matters; `inf` for no such limit.
     """
 
     active: Mask
@@ -68,7 +73,7 @@ class Bounds(NamedTuple):
 
 
 class Minimum(eqx.Module, Generic[T]):
-    """Where a search ended."""
+    """Result of a search."""
 
     u: Float[AnyArray, "... parameters"]
     answer: T
@@ -78,7 +83,7 @@ class Minimum(eqx.Module, Generic[T]):
 
 
 class Point(eqx.Module, Generic[T]):
-    """A point that was evaluated; its cost is infinite where nothing is known of it."""
+    """A point with its evaluation; the cost is infinite before that, or if it is not finite."""
 
     u: Vector
     answer: T
@@ -86,17 +91,20 @@ class Point(eqx.Module, Generic[T]):
 
     @property
     def is_known(self) -> Flag:
-        """Whether it was evaluated, and could be."""
+        """True if the point was evaluated and has a finite cost."""
         return namespace(self.u).isfinite(self.quadratic.cost)
 
 
 class State(eqx.Module, Generic[T]):
-    """Where a search is.
+    """State of a search.
 
-    - `best`: the lowest point so far, or where to begin.
-    - `trial`: where to evaluate next.
-    - `predicted`: by how much the cost should fall there.
-    - `left`: evaluations, in this part.
+    - `best`: the lowest point so far; before the first evaluation, the start.
+    - `trial`: the point to evaluate next.
+    - `predicted`: decrease of the cost from `best` to `trial` in the Gauss-Newton model.
+    - `damping`, `growth`: λ, and Nielsen's ν, by which λ grows if the trial is rejected.
+    - `part`: index of the part of the observations that is being fitted.
+    - `left`: evaluations left for this part.
+    - `converged`, `ended`: for this part; a search that failed has ended without convergence.
     """
 
     best: Point[T]
@@ -112,21 +120,29 @@ class State(eqx.Module, Generic[T]):
 
     @property
     def minimum(self) -> Minimum[T]:
-        """Where the search ends, if it has."""
+        """The result of a search that has ended."""
         best = self.best
         return Minimum(best.u, best.answer, best.quadratic.cost, self.converged, self.iterations)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Minimiser(Generic[T]):
-    """The search for a minimum, an evaluation at a time.
+    """Levenberg-Marquardt search, one evaluation at a time.
 
-    It is found when the cost fell by less than the reduction asked for in the step just taken, as
-    expected; that of a part is good enough when it would by a step of Gauss and Newton, unless it
-    is the last one. A parameter that is not felt over its reach stays for the moment. A point whose
-    cost is not finite is never accepted.
+    Step: p = −(H + λ S)⁻¹ g, with S the diagonal of H plus a small share of its strongest entry;
+    shortened as a whole where it exceeds `Bounds.reach`.
 
-    - `nothing`: the point of which nothing is known.
+    Damping: with the gain ratio ρ = actual decrease / predicted decrease, an accepted step gives
+    λ ← λ max(1/3, 1 − (2ρ − 1)³); a rejected one gives λ ← ν λ and ν ← 2ν.
+
+    Convergence: the predicted and the actual decrease of the last step are both at most
+    `reduction` × cost. On every part but the last it is enough that an undamped Gauss-Newton step
+    would decrease the cost by no more than that.
+
+    A parameter whose curvature is negligible over its longest step is held for this iteration. A
+    point whose cost is not finite is never accepted.
+
+    - `nothing`: a point that has not been evaluated.
     """
 
     settings: LevenbergMarquardt
@@ -135,12 +151,14 @@ class Minimiser(Generic[T]):
     nothing: Point[T]
 
     def begin(self, start: Vector) -> State[T]:
-        """Before the first evaluation."""
+        """State before the first evaluation."""
         zero = namespace(start).zeros((), np.int32)
         return self._fresh(dataclasses.replace(self.nothing, u=start), zero, zero)
 
     def told(self, state: State[T], answer: T) -> State[T]:
-        """After the evaluation of the trial, and in the next part if that of the last is over."""
+        """State after the evaluation of the trial point. A part of the observations that has
+        ended is followed by the next one.
+        """
         quadratic = self.objective.around(state.trial, answer, state.part)
         state = self._learned(state, Point(state.trial, answer, quadratic))
         for _ in range(self.objective.reductions.shape[0] - 1):
@@ -165,7 +183,7 @@ class Minimiser(Generic[T]):
         return self._fresh(start, part, state.iterations)
 
     def _proposed(self, state: State[T]) -> State[T]:
-        """The state with its next trial: the best point itself if nothing is known of it."""
+        """State with its next trial point: the best point itself if it was not yet evaluated."""
         xp, best = namespace(state.trial), state.best
         moving = _moving(best.quadratic, self.bounds, self._small(best, state.part))
         move = _move(best.quadratic, state.damping, moving, self.bounds)
@@ -198,7 +216,7 @@ class Minimiser(Generic[T]):
         )
 
     def _is_enough(self, best: Point[T], part: Count) -> Flag:
-        """Whether a part that is not the last is fitted well enough."""
+        """True if this part is not the last and is fitted well enough."""
         small = self._small(best, part)
         gain = _expected_gain(best.quadratic, _moving(best.quadratic, self.bounds, small))
         return self._is_early(part) & best.is_known & (gain <= small)
@@ -211,7 +229,9 @@ class Minimiser(Generic[T]):
 
 
 def _moving(quadratic: Quadratic, bounds: Bounds, small: Number) -> Mask:
-    """Which parameters are felt over their reach."""
+    """Mask of the active parameters whose longest step would change the cost noticeably:
+    Hᵢᵢ reachᵢ² > small.
+    """
     felt = _diagonal(quadratic.curvature) * bounds.reach**2 > small
     return bounds.active & felt
 
@@ -230,7 +250,7 @@ def _move(quadratic: Quadratic, damping: Number, moving: Mask, bounds: Bounds) -
 
 
 def _damped(quadratic: Quadratic, moving: Mask, scale: Vector, damping: Number | float) -> Vector:
-    """(H + λ S)⁻¹ g over the parameters that move, with the diagonal S."""
+    """(H + λ S)⁻¹ g over the parameters that move, with the diagonal S as a vector."""
     xp = namespace(scale)
     root = xp.sqrt(xp.where(scale > 0, scale, 1.0))
     both = moving[:, None] & moving[None, :]
@@ -241,7 +261,7 @@ def _damped(quadratic: Quadratic, moving: Mask, scale: Vector, damping: Number |
 
 
 def _solved(matrix: Matrix, vector: Vector) -> Vector:
-    """A⁻¹ b; not a number where A is singular."""
+    """A⁻¹ b; NaN if A is singular."""
     try:
         return namespace(matrix).linalg.solve(matrix, vector)
     except np.linalg.LinAlgError:
@@ -253,6 +273,6 @@ def _predicted(quadratic: Quadratic, move: Vector) -> Number:
 
 
 def _expected_gain(quadratic: Quadratic, moving: Mask) -> Number:
-    """The gain of a step of Gauss and Newton, gᵀ H⁻¹ g / 2."""
+    """Decrease of the cost by an undamped Gauss-Newton step: gᵀ H⁻¹ g / 2."""
     scale = _diagonal(quadratic.curvature)
     return quadratic.gradient @ _damped(quadratic, moving, scale, _LEAST_DAMPING) / 2

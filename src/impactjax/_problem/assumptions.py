@@ -1,9 +1,10 @@
-"""Assumptions of a fit that nobody stated, and the values that rest on them.
+"""Assumptions of a fit that the user did not state, and the values that depend on them.
 
-A record in radians and seconds knows neither a metre nor a kilogram. What it tells of a parameter
-with these in its unit rests on the lever and the mass that turn an angle into a length and a force;
-a ball's impact times know the metre by gravity only. The unit says how: a parameter in s/m is
-inverse to an assumed lever, and its product with the lever, in s/rad, rests on no assumption.
+A record in radians and seconds contains no length and no mass. The value of a parameter with m or
+kg in its unit then depends on the lever and the mass that turn an angle into a length and a force.
+The impact times of a ball contain a length only through gravity. The unit gives the dependence: a
+parameter in s/m is inversely proportional to an assumed lever, and its product with the lever, in
+s/rad, depends on no assumption.
 """
 
 import dataclasses
@@ -18,15 +19,15 @@ from impactjax._problem.parameters import Handle, handles
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._sensor.system import System
 
-_SCALES = ("m", "kg")  # a clock gives the second
+_SCALES = ("m", "kg")  # base units that may be missing in a record; time is always measured
 
 
 class Assumption(NamedTuple):
-    """A measure of the oscillator that nobody stated.
+    """A property of the oscillator whose value was not stated.
 
-    - `name`: as under [fixed].
-    - `value`, `unit`: what it is taken to be.
-    - `reason`: why that.
+    - `name`: parameter, as under [fixed] in a sidecar.
+    - `value`, `unit`: assumed value.
+    - `reason`: origin of the assumed value.
     """
 
     name: str
@@ -41,12 +42,12 @@ class Assumption(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """On what a value rests.
+    """Dependence of a value on assumptions.
 
-    - `on`: the names of the assumptions.
-    - `powers`: of the assumed values to which it is proportional, by name; `None` if it follows
-      them in another way.
-    - `unit`: of the value over these powers, which rests on none of them.
+    - `on`: names of the assumptions.
+    - `powers`: exponents of the assumed values to whose product it is proportional, by name; `None`
+      if the dependence is another one.
+    - `unit`: unit of the value divided by these powers, which depends on no assumption.
     """
 
     on: tuple[str, ...]
@@ -54,7 +55,7 @@ class Rest(NamedTuple):
     unit: str
 
     def own_name(self, name: str) -> str:
-        """The value over the powers, as text: "alpha·length", "k·length^0.5/mass"."""
+        """The value divided by the powers, as text: "alpha·length", "k·length^0.5/mass"."""
         powers = (self.powers or {}).items()
         above = [power(each, -e) for each, e in powers if e < 0]
         below = [power(each, e) for each, e in powers if e > 0]
@@ -67,7 +68,7 @@ class Rest(NamedTuple):
 def assumptions(
     system: System, names: Collection[str], stated: Collection[str]
 ) -> list[Assumption]:
-    """The measures of the oscillator that are neither fitted nor stated but have their default."""
+    """The oscillator's properties that are neither fitted nor stated and keep their default."""
     oscillator = system.model.oscillator
     found = []
     for field in dataclasses.fields(oscillator):
@@ -92,16 +93,16 @@ def rests(
     names: tuple[str, ...],
     assumed: Collection[Assumption],
 ) -> dict[str, Rest]:
-    """The fitted parameters that rest on assumptions, and how.
+    """The dependence of each fitted parameter on the assumptions, without those that have none.
 
-    Where the record, or a value that was stated, knows the scale itself, all values follow the
-    assumption in ways of their own; they cannot be freed from it.
+    If the record or a stated value fixes the same base unit, values are no longer proportional to
+    powers of the assumption, and no product of them is free of it.
     """
     known = handles(system)
     found = {name: _dimensions_of(name, known, system) for name in known}
     record = dimensions(recording.unit) or {}
     gain_is_free = "gain" in names
-    if gain_is_free:  # the record's numbers have no scale, which the gain makes up for
+    if gain_is_free:  # the record's values are then known only up to the factor `gain`
         found |= {"gain": times({}, record, -1.0), "offset": {}, "drift": {}}
     setters = {scale: each for scale in _SCALES for each in assumed if scale in _own(each)}
     anchors = [] if gain_is_free else [record]
@@ -119,7 +120,7 @@ def rests(
 
 
 def given_words(rest: Rest | None) -> str:
-    """Words behind the verdict on a value: ", given length"; none if it rests on nothing."""
+    """Words after the verdict on a value: ", given length"; empty without assumptions."""
     return "" if rest is None else f", given {' and '.join(rest.on)}"
 
 
@@ -151,7 +152,9 @@ def _own(assumption: Assumption) -> Dimensions:
 
 
 def _dimensions_of(name: str, known: Mapping[str, Handle], system: System) -> Dimensions | None:
-    """The dimensions of a parameter, whose unit may have others of the same part as exponents."""
+    """The dimensions of a parameter. Exponents in its unit may be parameters of the same part, as
+    in "N/m^n".
+    """
     place = known[name].path[:-1]
     beside = {h.path[-1]: h for h in known.values() if h.path[:-1] == place}
     values = {each: float(np.asarray(h.get(system))) for each, h in beside.items()}

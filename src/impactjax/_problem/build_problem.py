@@ -1,4 +1,4 @@
-"""From an experiment to the problem that it sets."""
+"""Conversion of an experiment to its least-squares problem."""
 
 import numpy as np
 from jax.core import Tracer
@@ -11,10 +11,10 @@ from impactjax._sensor.system import Start, System
 
 
 def build_problem(experiment: Experiment) -> Problem:
-    """The residuals of an experiment as a function of the parameters that are to be found.
+    """The residuals of an experiment as a function of the parameters to be fitted.
 
-    On it a sampler or another optimiser stands: `start`, `residuals`, `log_density`, and `values`
-    and `unbounded` between natural values and unbounded coordinates.
+    Use it with a sampler or another optimiser: it has `start`, `residuals` and `log_density`, and
+    `values` and `unbounded` convert between natural values and unbounded coordinates.
 
     **Raises** `ValueError` as `fit` does.
     """
@@ -24,7 +24,7 @@ def build_problem(experiment: Experiment) -> Problem:
 
 
 def pose(experiment: Experiment) -> Problem:
-    """The problem of an experiment whose model may have numbers that are found otherwise."""
+    """The problem of an experiment whose model may also contain weights, which `learn` finds."""
     recording, fixed, ties = experiment.recording, experiment.fixed, dict(experiment.ties)
     start, sensor = Start(recording.begin), experiment.sensor
     system = System(experiment.model, experiment.initial, start, sensor, recording.unit)

@@ -1,4 +1,4 @@
-"""Requests that a fit refuses."""
+"""Checks of the names and values that a fit is asked for."""
 
 import difflib
 from collections.abc import Collection
@@ -17,7 +17,7 @@ from impactjax._sensor.system import System
 
 
 def check_requests(experiment: Experiment, system: System) -> None:
-    """Checks that all names are known, each asked for once, and that ties can be worked out."""
+    """Checks that names exist, that none is in two arguments, and that ties can be evaluated."""
     known = handles(system)
     ties = dict(experiment.ties)
     asked = {"fixed": tuple(experiment.fixed), "free": experiment.free, "ties": tuple(ties)}
@@ -45,7 +45,7 @@ def check_requests(experiment: Experiment, system: System) -> None:
 
 
 def check_value(name: str, value: ArrayLike, allowed: Range) -> None:
-    """Checks that a parameter may have a value, as far as it is known by now."""
+    """Checks that a value is one number, and in range unless it is traced."""
     number = as_parameter(value)
     if number.ndim != 0:
         raise ValueError(f"`{name}` must be one number, but its shape is {number.shape}.")
@@ -54,7 +54,7 @@ def check_value(name: str, value: ArrayLike, allowed: Range) -> None:
 
 
 def check_known(name: str, known: Collection[str]) -> None:
-    """Checks that there is a parameter of that name; the sentence says which one may be meant."""
+    """Checks that a parameter of that name exists; the error suggests a similar name."""
     if name in known:
         return
     close = difflib.get_close_matches(name, known, 1)
@@ -63,14 +63,14 @@ def check_known(name: str, known: Collection[str]) -> None:
 
 
 def check_declared(system: System, found: Collection[int] = ()) -> None:
-    """Checks that each number of the model is a declared parameter, or found otherwise.
+    """Checks that each number of the model is a declared parameter, or a weight.
 
-    Arrays of several numbers are weights, for `learn` to find.
+    Arrays of several numbers are not checked: they are weights, for `learn` to find.
 
     **Arguments:**
 
-    - `system`: with the model.
-    - `found`: which of its leaves are found otherwise.
+    - `system`: contains the model.
+    - `found`: indices of the leaves of the system that `learn` finds.
     """
     leaves, structure = jax.tree.flatten(system)
     numbered = jax.tree.unflatten(structure, range(len(leaves)))

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping
 
-Dimensions = dict[str, float]  # exponents by base unit; those that are zero are left out
+Dimensions = dict[str, float]  # exponents by base unit, without zeros
 
 _SYMBOLS: dict[str, Dimensions] = {
     "1": {},
@@ -23,7 +23,8 @@ _SUPERSCRIPTS = {"²": "^2", "³": "^3"}
 def dimensions(unit: str, exponents: Mapping[str, float] = {}) -> Dimensions | None:
     """The dimensions of a unit such as "N s/m²" or "N/m^n"; `None` if it cannot be read.
 
-    What follows a slash divides. An exponent is a number, a name, or a sum of such in parentheses.
+    All factors after a slash are in the denominator. An exponent is a number, a name, or a sum of
+    these in parentheses.
 
     **Arguments:**
 
@@ -43,14 +44,14 @@ def dimensions(unit: str, exponents: Mapping[str, float] = {}) -> Dimensions | N
 
 
 def times(one: Dimensions, other: Dimensions, power: float = 1.0) -> Dimensions:
-    """The dimensions of a product of one with a power of the other."""
+    """The dimensions of the product of a unit with a power of another."""
     keys = dict.fromkeys([*one, *other])
     found = {key: one.get(key, 0.0) + power * other.get(key, 0.0) for key in keys}
     return {key: exponent for key, exponent in found.items() if abs(exponent) > 1e-12}
 
 
 def unit_of(found: Dimensions) -> str:
-    """The unit with some dimensions: "s/rad", "1/(s² rad^0.5)"."""
+    """The unit of some dimensions as text: "s/rad", "1/(s² rad^0.5)"."""
     above = [_power(name, e) for name, e in found.items() if e > 0]
     below = [_power(name, -e) for name, e in found.items() if e < 0]
     top = " ".join(above) or "1"
@@ -60,7 +61,7 @@ def unit_of(found: Dimensions) -> str:
 
 
 def power(name: str, exponent: float) -> str:
-    """A power of something that has a name, as text."""
+    """A power of a name, as text: "k", "k^0.5"."""
     return name if abs(exponent - 1) < 1e-9 else f"{name}^{exponent:.3g}"
 
 
@@ -69,7 +70,7 @@ def _power(name: str, exponent: float) -> str:
 
 
 def _product(tokens: list[str], exponents: Mapping[str, float]) -> Dimensions:
-    """Reads factors up to the end or a closing parenthesis."""
+    """Reads factors up to the end or a closing parenthesis, and removes their tokens."""
     found, sign = Dimensions(), 1.0
     while tokens and tokens[0] != ")":
         token = tokens.pop(0)
@@ -89,7 +90,7 @@ def _product(tokens: list[str], exponents: Mapping[str, float]) -> Dimensions:
 
 
 def _exponent(tokens: list[str], exponents: Mapping[str, float]) -> float:
-    """Reads the exponent of a factor, if it has one."""
+    """Reads the exponent of a factor and removes its tokens; 1 if there is none."""
     if not tokens or tokens[0] != "^":
         return 1.0
     del tokens[0]

@@ -1,4 +1,4 @@
-"""Experiment: one recording and all that is said about it."""
+"""The experiment: one recording with its model and all that is known about it."""
 
 from collections.abc import Mapping, Sequence
 
@@ -22,30 +22,29 @@ _MODEL = "ImpactOscillator(Pendulum(13.0), Stop(Restitution(0.7)))"
 
 
 class Experiment(eqx.Module):
-    """One recording and all that is said about it: the argument of every verb.
+    """One recording with its model and all that is known about it: the argument of every verb.
 
-    The parameters' values in `model`, `initial` and `sensor` are where a search starts. What is
-    usually measured otherwise (masses, lengths, gravity, gaps, the sensor) is left alone unless it
-    is asked for by `free`.
+    A search starts from the parameter values in `model`, `initial` and `sensor`. Parameters that
+    are usually measured separately (masses, lengths, gravity, gaps, the sensor) are fitted only if
+    they are listed in `free`.
 
     **Arguments:**
 
-    - `model`: the system.
-    - `recording`: what was measured.
-    - `initial`: the state at the first sample or impact.
-    - `sensor`: what stands between motion and recording; nothing if `None`.
-    - `fixed`: names of parameters to leave alone, or their values by name: `{"zeta": 0.0017}`;
-      `None` as a value is that of the model.
+    - `model`: oscillator with its stops.
+    - `recording`: measured data.
+    - `initial`: state at the first sample or impact.
+    - `sensor`: gain, offset, filter and noise of the instrument; `None` for an ideal one.
+    - `fixed`: names of parameters not to fit, or their values by name: `{"zeta": 0.0017}`; a value
+      `None` keeps that of the model.
     - `free`: names of parameters to fit although they are usually known.
     - `ties`: parameters that follow from the others, each a function of all parameters by name:
       `{"upper_r": lambda at: at["lower_r"]}`.
-    - `priors`: what is known of parameters from elsewhere, by name.
-    - `loss`: how much a residual counts: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` where some
-      samples are far off.
-    - `noise`: what the errors assume of the residuals.
+    - `priors`: prior knowledge of parameters, by name.
+    - `loss`: cost of a residual: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` against outliers.
+    - `noise`: model of the residuals' correlation, from which the errors follow.
     - `simulation`: settings of the simulation.
 
-    **Raises** `TypeError` for an argument of another kind, and `ValueError` for an angle that looks
+    **Raises** `TypeError` for an argument of another type, and `ValueError` for an angle that looks
     like degrees.
     """
 

@@ -1,4 +1,4 @@
-"""Several recordings, each with a system of its own, and the parameters that they share."""
+"""The least-squares problem of several recordings, whose systems share parameters."""
 
 from collections.abc import Sequence
 from typing import NoReturn
@@ -22,12 +22,12 @@ from impactjax._types import Flag, Scalar
 
 
 class JointProblem(AbstractProblem):
-    """Residuals of several problems, each in units of its noise, and those of prior knowledge.
+    """Residuals of several problems, each divided by its noise, and those of prior knowledge.
 
-    - `problems`: all with names of their own.
-    - `places`: for each problem, which of the joint `names` its names are.
-    - `sizes`: of each problem's noise, in its recording's SI unit.
-    - `priors`: of the joint parameters that are `asked`.
+    - `problems`: the problems, each with its own names.
+    - `places`: for each problem, the indices of its parameters among the joint `names`.
+    - `sizes`: standard deviation of each problem's noise, in its recording's SI unit.
+    - `priors`, `asked`: prior distributions, and the indices of their parameters.
     """
 
     problems: tuple[Problem, ...]
@@ -39,21 +39,21 @@ class JointProblem(AbstractProblem):
 
     @property
     def recording(self) -> NoReturn:
-        """There are several."""
+        """Raises `ValueError`, since there are several."""
         raise _several()
 
     @property
     def system(self) -> NoReturn:
-        """There are several."""
+        """Raises `ValueError`, since there are several."""
         raise _several()
 
     def system_with(self, values: Vector) -> NoReturn:
-        """There are several."""
+        """Raises `ValueError`, since there are several."""
         del values
         raise _several()
 
     def assumed(self) -> Assumed:
-        """As in each problem; what is known beforehand is independent and normal."""
+        """The assumptions of each problem; residuals of priors are independent and normal."""
         losses = tuple(each.loss for each in self.problems)
         noises = tuple(each.noise for each in self.problems)
         counts = tuple(each.observations for each in self.problems)
@@ -90,7 +90,7 @@ class JointProblem(AbstractProblem):
         return all(each.is_classical() for each in self.problems)
 
     def shifted(self, rows: Float[Array, " observations"]) -> "JointProblem":
-        """What is known beforehand moves too."""
+        """The problem with rows subtracted from the recordings and from the means of the priors."""
         *parts, known = _blocks(rows, self._lengths)
         problems = [
             each.shifted(part * size)
@@ -105,7 +105,7 @@ class JointProblem(AbstractProblem):
         )
 
     def misfit(self, residuals: Float[Array, " observations"]) -> Scalar:
-        """The largest of all recordings."""
+        """The largest misfit of all recordings."""
         each = [problem.misfit(self.share(i, residuals)) for i, problem in enumerate(self.problems)]
         return jnp.max(jnp.stack(each))
 
@@ -140,7 +140,7 @@ class JointProblem(AbstractProblem):
         return jnp.concatenate([*rows, *known])
 
     def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
-        """Rows of the impact log are filled up so that all logs have as many."""
+        """Residuals and Jacobian of all problems. Impact logs are padded to the same length."""
         rows, columns, logs = [], [], []
         answers = _answers(self.problems, [values[jnp.array(own)] for own in self.places], logged)
         for answer, places, size in zip(answers, self.places, self.sizes, strict=True):
@@ -156,7 +156,7 @@ class JointProblem(AbstractProblem):
         return Answer(jnp.concatenate(rows), _stacked(logs), jnp.concatenate(columns))
 
     def share(self, index: int, rows: Float[Array, "... observations"]) -> Array:
-        """One recording's share of the residuals or other rows, in its SI unit."""
+        """The rows of one recording, such as its residuals, in its SI unit."""
         return _blocks(rows, self._lengths)[index] * self.sizes[index]
 
 
@@ -219,14 +219,14 @@ class _JointNoise(AbstractNoise):
 
 
 def _blocks(rows: Array, lengths: Sequence[int]) -> list[Array]:
-    """The rows of each problem, and those of what is known beforehand."""
+    """The rows of each problem, and last those of the priors."""
     return jnp.split(rows, np.cumsum(lengths))
 
 
 def _answers(
     problems: Sequence[Problem], values: Sequence[Vector], logged: Flag | None
 ) -> list[Answer]:
-    """The answer of each problem; those of one kind in one batch, so that they share a program."""
+    """The answer of each problem. Problems with equal shapes form one batch and share a program."""
     kinds: dict[object, list[int]] = {}
     for i, problem in enumerate(problems):
         leaves, structure = jax.tree.flatten(problem)

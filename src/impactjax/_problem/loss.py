@@ -1,4 +1,8 @@
-"""How much a residual counts."""
+"""Loss functions: the cost of a residual.
+
+Source: P. J. Huber and E. M. Ronchetti (2009), "Robust statistics", for losses that limit the
+influence of outliers.
+"""
 
 import abc
 
@@ -13,29 +17,29 @@ Residuals = Float[Array, "..."]
 
 
 class AbstractLoss(eqx.Module):
-    """The cost ρ(e) of a residual e, about e²/2 where it is small."""
+    """The cost ρ(e) of a residual e, which is about e²/2 for small e."""
 
     @abc.abstractmethod
     def cost(self, residuals: Residuals) -> Residuals:
-        """ρ of each residual, in its unit squared."""
+        """Cost ρ of each residual, in its unit squared."""
 
     def score(self, residuals: Residuals) -> Residuals:
-        """ρ′: how much each residual pulls."""
+        """Derivative ρ′: the influence of each residual."""
         return jax.jvp(self.cost, (residuals,), (jnp.ones_like(residuals),))[1]
 
     def stiffness(self, residuals: Residuals) -> Residuals:
-        """ρ″: by how much the pull grows with the residual."""
+        """Second derivative ρ″ at each residual."""
         return jax.jvp(self.score, (residuals,), (jnp.ones_like(residuals),))[1]
 
     def weight(self, residuals: Residuals) -> Residuals:
-        """ρ′(e) / e: one where the loss is that of least squares, less for outliers."""
+        """Weight ρ′(e) / e of each residual: 1 for least squares, less for outliers."""
         zero = residuals == 0
         safe = jnp.where(zero, 1.0, residuals)
         return jnp.where(zero, 1.0, self.score(safe) / safe)
 
 
 class Squares(AbstractLoss):
-    """Least squares: e² / 2. The most efficient loss for normal noise, led astray by outliers."""
+    """Least squares: e² / 2. The most efficient loss for normal noise; sensitive to outliers."""
 
     def cost(self, residuals: Residuals) -> Residuals:
         return residuals**2 / 2
@@ -46,7 +50,8 @@ class SoftL1(AbstractLoss):
 
     **Arguments:**
 
-    - `scale`: s, beyond which a residual is large: about the size of the noise, in its unit.
+    - `scale`: s, beyond which a residual is large: about the noise's standard deviation, in its
+      unit.
     """
 
     scale: Float[Array, "..."] = eqx.field(converter=as_parameter)
@@ -59,11 +64,11 @@ class SoftL1(AbstractLoss):
 
 
 class Cauchy(AbstractLoss):
-    """Large residuals hardly count: s²/2 ln(1 + (e/s)²).
+    """Logarithmic loss, with which large residuals hardly count: s²/2 ln(1 + (e/s)²).
 
     **Arguments:**
 
-    - `scale`: s, beyond which a residual is large: about twice the size of the noise.
+    - `scale`: s, beyond which a residual is large: about twice the noise's standard deviation.
     """
 
     scale: Float[Array, "..."] = eqx.field(converter=as_parameter)
@@ -76,13 +81,13 @@ class Cauchy(AbstractLoss):
 
 
 class StudentT(AbstractLoss):
-    """The likelihood of Student's distribution with ν degrees of freedom, scaled so that it is
+    """Negative log-likelihood of Student's t distribution with ν degrees of freedom, scaled to
     e²/2 for small residuals: ν s²/2 ln(1 + (e/s)² / ν).
 
     **Arguments:**
 
-    - `scale`: s, the size of the noise without its outliers, in its unit.
-    - `freedom`: ν; 4 is usual, the fewer the less an outlier counts.
+    - `scale`: s, the standard deviation of the noise without its outliers, in its unit.
+    - `freedom`: ν; 4 is usual; the smaller, the less an outlier counts.
     """
 
     scale: Float[Array, "..."] = eqx.field(converter=as_parameter)

@@ -1,4 +1,4 @@
-"""Rule by which a fit plainly misses its recording."""
+"""Criterion of a model that plainly does not describe its recording."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -6,15 +6,17 @@ from jaxtyping import Array, Float
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._types import Scalar
 
-_UNEXPLAINED, _SMOOTH = 0.05, 0.8  # share of the motion, and autocorrelation, of a wrong model
-_WILD = 1.5  # share of the motion that no noise can be
+_UNEXPLAINED, _SMOOTH = 0.05, 0.8  # share of the motion, and lag-1 autocorrelation, that are missed
+_WILD = 1.5  # share of the motion that counts as missed with any autocorrelation
 
 
 def misfit(recording: AbstractRecording, residuals: Float[Array, " observations"]) -> Scalar:
-    """Share of a record's standard deviation that a fit leaves, where that is so much, and so
-    little like noise, that the model does not describe the record; 0 where it is not [1].
+    """Share of a record's standard deviation that a fit leaves unexplained [1], if the model
+    plainly misses the record; else 0.
 
-    Impact times have no motion to compare with.
+    A record is missed if this share √(Σ r² / Σ (y − ȳ)²) exceeds 5 % with a lag-1 autocorrelation
+    of the residuals r above 0.8, or if it exceeds 150 %. Impact times are never missed: there is no
+    motion to compare with.
     """
     variation, left = recording.variation(), jnp.sum(residuals**2)
     pairs = jnp.sum(residuals[1:] * residuals[:-1]) / jnp.where(left > 0, left, 1.0)

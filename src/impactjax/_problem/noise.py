@@ -1,4 +1,4 @@
-"""Models of the noise: how much the values found vary from record to record."""
+"""Noise models: the covariance of the residuals, from which that of the estimate follows."""
 
 import abc
 
@@ -16,19 +16,22 @@ Jacobian = Float[Array, "observations parameters"]
 
 
 class AbstractNoise(eqx.Module):
-    """A model of the residuals, from which the spread of the estimate's gradient follows."""
+    """A model of the residuals, which gives the covariance of the cost's gradient Jᵀ e.
+
+    The *scores* e are ρ′ of the residuals: the residuals themselves for least squares.
+    """
 
     @abc.abstractmethod
     def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
-        """How many samples back the residuals remember, as far as the record tells."""
+        """Order of the autoregression of the residuals; 0 if they are independent."""
 
     @abc.abstractmethod
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
-        """Covariance of Jᵀ e, with errors e like the `count` scores that are not zero."""
+        """Covariance of Jᵀ e, with errors e distributed like the `count` scores that are valid."""
 
     @abc.abstractmethod
     def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
-        """Normal errors like the scores."""
+        """A random sample of normal errors with the variance and correlation of the scores."""
 
 
 class WhiteNoise(AbstractNoise):
@@ -47,18 +50,20 @@ class WhiteNoise(AbstractNoise):
 
 
 class AutoregressiveNoise(AbstractNoise):
-    """Errors that follow an autoregression, eₜ = Σ aₖ eₜ₋ₖ + white noise, of an order that the
-    residuals themselves tell by the Bayesian criterion; of order zero if they are independent.
+    """Autoregressive errors, eₜ = Σ aₖ eₜ₋ₖ + white noise. The Bayesian information criterion of
+    the residuals chooses the order; it is 0 if they are independent.
 
-    The spread is (1/M) Σ S(ω) J̃* J̃ᵀ over the frequencies of the record, with the spectrum
-    S = σ² / |1 − Σ aₖ exp(−iωk)|². Samples are taken as evenly spaced.
+    The covariance of Jᵀ e is (1/M) Σ S(ω) J̃* J̃ᵀ over the M frequencies of the record, with the
+    Fourier transform J̃ and the spectrum S = σ² / |1 − Σ aₖ exp(−iωk)|². Samples are taken as
+    evenly spaced.
 
-    Source: Levinson's recursion on the autocovariances; the covariance of least squares under
-    correlated errors as in Hannan (1963), "Regression for time series".
+    Source: the Yule-Walker equations, solved by Levinson's recursion on the autocovariances; the
+    covariance of least squares under correlated errors as in Hannan (1963), "Regression for time
+    series".
 
     **Arguments:**
 
-    - `most`: the highest order; at most a tenth of the number of samples.
+    - `most`: highest order; no more than a tenth of the number of samples is used.
     """
 
     most: int = eqx.field(default=24, static=True)
@@ -84,7 +89,7 @@ class AutoregressiveNoise(AbstractNoise):
         return jnp.fft.irfft(shaped, length)[: scores.shape[0]]
 
     def _spectrum(self, scores: Scores, count: Scalar, length: int) -> Float[Array, " frequencies"]:
-        """S at the frequencies of a record of some length."""
+        """Spectrum S at the frequencies of a record of `length` samples."""
         _, weights, variance = self._fitted(scores, count)
         one = jnp.ones(1, scores.dtype)
         return variance / jnp.abs(jnp.fft.rfft(jnp.concatenate([one, -weights]), length)) ** 2
@@ -105,7 +110,9 @@ class AutoregressiveNoise(AbstractNoise):
 def autocovariances(
     scores: Float[AnyArray, " observations"], count: Float[AnyArray, ""], most: int
 ) -> Float[AnyArray, " lags"]:
-    """At lags from 0 to `most`; divided by one number, so that no spectrum becomes negative."""
+    """Autocovariances at lags from 0 to `most`, all divided by the same `count`, so that their
+    spectrum is nowhere negative.
+    """
     xp, length = namespace(scores), scores.shape[0]
     power = xp.abs(xp.fft.rfft(scores, 2 * length)) ** 2
     return xp.fft.irfft(power, 2 * length)[: most + 1] / count
@@ -114,7 +121,12 @@ def autocovariances(
 def levinson(
     covariances: Float[Array, " lags"],
 ) -> tuple[Float[Array, "orders weights"], Float[Array, " orders"]]:
-    """Autoregressions of all orders from zero, by Levinson's recursion: weights and variances."""
+    """Weights and residual variances of the autoregressions of orders 0, 1, 2, ..., by Levinson's
+    recursion.
+
+    Source: J. Durbin (1960), "The fitting of time-series models", Review of the International
+    Statistical Institute 28, 233.
+    """
     most = covariances.shape[0] - 1
     nothing = jnp.zeros(most, covariances.dtype)
     if most == 0:

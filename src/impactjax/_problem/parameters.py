@@ -1,4 +1,4 @@
-"""All that a fit may vary, and its parameters by name."""
+"""Parameters of a system by name: path, unit and range of each."""
 
 from collections.abc import Iterator, Sequence
 from functools import reduce
@@ -17,13 +17,13 @@ Part = TypeVar("Part", bound=eqx.Module)
 
 
 class Handle(NamedTuple):
-    """Where a parameter is in a system or another part, and what it may be."""
+    """Path of a parameter in a system or another part, and its range."""
 
     path: tuple[str, ...]
     allowed: Range
 
     def get(self, part: eqx.Module) -> Scalar:
-        """Its value."""
+        """The parameter's value in a part."""
         return reduce(getattr, self.path, part)
 
 
@@ -79,13 +79,13 @@ def _coordinate(system: System) -> tuple[str, str]:
 
 
 def replaced(system: System, names: Sequence[str], values: Sequence[ArrayLike]) -> System:
-    """The system with some parameters set."""
+    """The system with some parameters set, by name."""
     known = handles(system)
     return with_values(system, [known[name] for name in names], values)
 
 
 def with_values(part: Part, places: Sequence[Handle], values: Sequence[ArrayLike]) -> Part:
-    """A part with the parameters at some places set."""
+    """A part with some parameters set, by their handles."""
     return eqx.tree_at(
         lambda each: [reduce(getattr, place.path, each) for place in places],
         part,

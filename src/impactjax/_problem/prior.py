@@ -1,4 +1,4 @@
-"""Knowledge of a parameter from elsewhere."""
+"""Prior distributions of parameters."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -8,11 +8,11 @@ from impactjax._parameter import Requirement, as_parameter, is_positive, raise_i
 
 
 class Normal(eqx.Module):
-    """What is known of a parameter beforehand: a normal distribution.
+    """Normal prior distribution of a parameter.
 
     **Arguments:**
 
-    - `mean`, `sigma`: in the parameter's unit.
+    - `mean`, `sigma`: mean and standard deviation, in the parameter's unit.
     """
 
     mean: Float[Array, "..."] = eqx.field(converter=as_parameter)

@@ -35,7 +35,7 @@ Tie = Callable[[Mapping[str, Scalar]], ArrayLike]
 
 
 class Answer(NamedTuple):
-    """What a simulation says about a recording, or several about theirs."""
+    """Simulation compared with a recording, or several simulations with theirs."""
 
     residuals: Residuals  # simulated minus recorded, in the recording's SI unit; 0 if not valid
     impacts: ImpactLog  # zeros if it was not asked for
@@ -43,16 +43,16 @@ class Answer(NamedTuple):
 
 
 class Assumed(NamedTuple):
-    """How much a residual counts, and how residuals vary from record to record."""
+    """Assumptions about the residuals: their loss and their noise model."""
 
     loss: AbstractLoss
     noise: AbstractNoise
 
 
 class AbstractProblem(eqx.Module):
-    """Residuals as a function of named parameters, and what is assumed of them.
+    """Residuals as a function of named parameters, with the assumptions about them.
 
-    - `names`: of the parameters to be found.
+    - `names`: names of the fitted parameters.
     """
 
     names: eqx.AbstractVar[tuple[str, ...]]
@@ -63,31 +63,32 @@ class AbstractProblem(eqx.Module):
 
     @abc.abstractmethod
     def handles(self) -> dict[str, Handle]:
-        """What each of the parameters to be found may be, and where it is."""
+        """Path and range of each fitted parameter, by name."""
 
     @property
     @abc.abstractmethod
     def valid(self) -> Valid:
-        """Which residuals count."""
+        """Mask of the residuals that count."""
 
     @abc.abstractmethod
     def first(self, share: float) -> Valid:
-        """Which residuals count in the first part of the time."""
+        """Mask of the residuals that count in the first `share` of the recorded time."""
 
     @abc.abstractmethod
     def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
-        """Residuals and their Jacobian with parameters in their natural units; with the impact log
-        unless a program is to find out as it runs whether it is wanted, and it is not.
+        """Residuals and their Jacobian, with parameters in their natural units.
+
+        The impact log is computed if `logged` is `None` or true when the program runs.
         """
 
     @abc.abstractmethod
     def starting_values(self) -> list[Scalar]:
-        """The value of each parameter from which a search starts."""
+        """The values from which a search starts, in the order of `names`."""
 
     @abc.abstractmethod
     def residuals(self, values: Vector) -> Residuals:
-        """Simulated minus recorded in the SI unit, or in sizes of the noise if several recordings
-        are fitted; 0 where an observation does not count.
+        """Simulated minus recorded, in the SI unit; divided by the noise's standard deviation if
+        several recordings are fitted. 0 where an observation does not count.
         """
 
     @abc.abstractmethod
@@ -96,15 +97,15 @@ class AbstractProblem(eqx.Module):
 
     @abc.abstractmethod
     def is_classical(self) -> bool:
-        """Whether the errors are those of least squares under independent noise of known size."""
+        """True for least squares under independent noise of known variance."""
 
     @abc.abstractmethod
     def shifted(self, rows: Residuals) -> "AbstractProblem":
-        """The problem with so much taken from what was recorded: the residuals grow by it."""
+        """The problem with rows subtracted from the recording; the residuals grow by them."""
 
     @abc.abstractmethod
     def misfit(self, residuals: Residuals) -> Scalar:
-        """Share of the recorded motion that is left where the model plainly misses it; else 0."""
+        """Unexplained share of the recorded motion if the model plainly misses it; else 0."""
 
     @property
     @abc.abstractmethod
@@ -114,21 +115,21 @@ class AbstractProblem(eqx.Module):
     @property
     @abc.abstractmethod
     def sizes_found(self) -> int:
-        """How many sizes of noise are found from the residuals."""
+        """Number of noise variances that are estimated from the residuals."""
 
     @property
     def observations(self) -> Int[Array, ""]:
-        """How many residuals count."""
+        """Number of residuals that count."""
         return jnp.sum(self.valid, axis=-1)
 
     def padded(self: Own) -> Own:
-        """The problem with observations that do not count, so that similar ones share a program;
-        the first ones are its own.
+        """The problem padded with observations that do not count, so that problems of similar
+        length share a compiled program. Its own observations come first.
         """
         return self
 
     def parts(self, shares: tuple[float, ...]) -> Bool[AnyArray, "parts observations"]:
-        """Which residuals count in each first part of the time."""
+        """Masks of the residuals that count in the first shares of the time."""
         each = [self.first(share) for share in shares]
         return namespace(*each).stack(each)
 
@@ -138,12 +139,12 @@ class AbstractProblem(eqx.Module):
         return jnp.stack([jnp.asarray(value) for value in self.starting_values()])
 
     def log_density(self, values: Vector) -> Scalar:
-        """Logarithm of the likelihood of independent residuals, and of prior densities:
+        """Log-likelihood of independent residuals plus the logarithm of prior densities:
 
         −Σ ρ(r)/σ² − n log(σ √(2 π)), with the loss ρ(r) = r²/2 for least squares,
 
-        at the most likely size σ of the noise where that is not known. −∞ where a value is out of
-        range or nothing can be simulated.
+        at the maximum-likelihood value of the noise's σ if that is not known. −∞ where a value is
+        out of range or the simulation fails.
         """
         residuals = self.residuals(values)
         n = self.observations.astype(residuals.dtype)
@@ -156,19 +157,19 @@ class AbstractProblem(eqx.Module):
         return jnp.where(possible, density, -jnp.inf)
 
     def values(self, u: Vector) -> Vector:
-        """Natural values from the optimiser's unbounded numbers."""
+        """Natural values at unbounded coordinates."""
         each = [to_range(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
         return namespace(u).stack(each)
 
     def slopes(self, u: Vector) -> Vector:
-        """Derivatives of the natural values by the optimiser's numbers."""
+        """Derivatives of the natural values by the unbounded coordinates."""
         each = [slope(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
         return namespace(u).stack(each)
 
     def unbounded(
         self, values: Float[AnyArray, "... parameters"]
     ) -> Float[AnyArray, "... parameters"]:
-        """The optimiser's numbers that stand for natural values."""
+        """Unbounded coordinates of natural values."""
         each = [to_unbounded(allowed, values[..., i]) for i, allowed in enumerate(self._ranges())]
         return namespace(values).stack(each, axis=-1)
 
@@ -176,7 +177,9 @@ class AbstractProblem(eqx.Module):
         return [handle.allowed for handle in self.handles().values()]
 
     def around(self, u: Vector, answer: Answer, valid: Valid) -> Quadratic:
-        """The cost of some of the residuals around a point, in the optimiser's coordinates."""
+        """Gauss-Newton model of the cost of some residuals around a point, in the optimiser's
+        coordinates.
+        """
         assert answer.jacobian is not None
         some = answer._replace(
             residuals=jnp.where(valid, answer.residuals, 0.0),
@@ -188,7 +191,7 @@ class AbstractProblem(eqx.Module):
 
 
 def around(loss: AbstractLoss, answer: Answer) -> tuple[Scalar, Vector, Matrix]:
-    """The cost of some residuals, its gradient, and Gauss and Newton's curvature."""
+    """The cost of some residuals, its gradient, and its Gauss-Newton Hessian."""
     residuals, jacobian = answer.residuals, answer.jacobian
     assert jacobian is not None
     weighted = loss.weight(residuals)[:, None] * jacobian
@@ -196,8 +199,11 @@ def around(loss: AbstractLoss, answer: Answer) -> tuple[Scalar, Vector, Matrix]:
 
 
 class Problem(AbstractProblem):
-    """A recording, a system, which of its parameters are to be found, and what is assumed.
+    """The least-squares problem of one recording.
 
+    - `system`, `recording`: compared with each other.
+    - `names`: names of the fitted parameters.
+    - `simulation`, `loss`, `noise`: as in `Experiment`.
     - `ties`: parameters that follow from the others, by name.
     """
 
@@ -252,7 +258,7 @@ class Problem(AbstractProblem):
         return int(self.variance() is None)
 
     def system_with(self, values: Vector) -> System:
-        """The system with parameters in their natural units, and those that are tied to them."""
+        """The system with fitted parameters set, in their natural units, and tied ones computed."""
         system = replaced(self.system, self.names, [values[..., i] for i in range(len(self.names))])
         if not self.ties:
             return system
@@ -282,6 +288,6 @@ class Problem(AbstractProblem):
 
 
 def _size(count: int) -> int:
-    """The next of the numbers 8, 12, 16, 24, 32, ... and so on."""
+    """The smallest of the numbers 8, 12, 16, 24, 32, ... that is at least `count`."""
     power = 8 << max(math.ceil(math.log2(count / 8)), 0)
     return power * 3 // 4 if count <= power * 3 // 4 and power > 8 else power
