@@ -30,9 +30,8 @@ _MAX_STEPS = 128
 
 
 class ExactFlight(AbstractFlight):
-    """Speeds of any oscillator, by simulation of its flight with all its losses.
-
-    NaN where no flight joins stop and peak.
+    """Speeds of any oscillator, by simulation of its flight with all its losses. NaN if no flight
+    connects stop and peak.
 
     **Arguments:**
 

@@ -9,7 +9,7 @@ from impactjax._types import Coordinate, Ratio, Speed
 
 
 class AbstractFlight(eqx.Module):
-    """How the speed at the stop follows from the peak of a flight."""
+    """Relation between the peak of a flight and the speed at the stop."""
 
     @abc.abstractmethod
     def speed(self, oscillator: AbstractOscillator, peak: Coordinate, direction: Ratio) -> Speed:
@@ -17,7 +17,7 @@ class AbstractFlight(eqx.Module):
 
         **Arguments:**
 
-        - `oscillator`: what flies.
-        - `peak`: where it is at rest [rad] or [m].
+        - `oscillator`: equation of motion.
+        - `peak`: coordinate at which it is at rest [rad] or [m].
         - `direction`: 1 for the fall; −1 for the rise, a fall with time running backwards.
         """

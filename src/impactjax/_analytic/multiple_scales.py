@@ -19,16 +19,16 @@ class MultipleScales(eqx.Module):
 
     θ = a cos(ω_n t + a² / (32 ζ) + φ0), θ′ = −ω_n a sin(ω_n t + a² / (32 ζ) + φ0),
 
-    which is the linear oscillator but for the angle χ that it has turned by:
+    which is the linear oscillator with another phase angle χ:
 
     θ = exp(−ζ ω_n t) (θ0 cos χ + (θ0′ / ω_n) sin χ),
     χ = ω_n t − (a0² − a²) / (32 ζ), a0² = θ0² + (θ0′ / ω_n)².
 
-    This form needs no root-finding for a0 and φ0, and holds at ζ = 0 too. Cases I (released at
+    This form needs no root-finding for a0 and φ0, and is valid at ζ = 0 too. Cases I (released at
     rest) and II (launched from θ = 0) are `InitialState(theta0)` and `InitialState(0.0, speed)`.
 
-    The velocity is the source's, of first order: it leaves out that the amplitude decays and that
-    the frequency falls with amplitude. It is not the derivative of the position.
+    The velocity is the first-order one of the source: it neglects the decay of the amplitude and
+    the decrease of the frequency with amplitude. It is not the derivative of the position.
 
     Valid for ζ ≪ 1 and small amplitudes. The phase drifts by about ω_n a0⁴ / 3072 [rad/s]; the
     velocity at the lowest point is too large by a0² / 24: 2.7 % at 45 degrees.
@@ -67,7 +67,7 @@ class MultipleScales(eqx.Module):
         return self.pendulum.omega_n * self._decay(ts) * quadrature
 
     def time_to_turn(self, angle: ArrayLike) -> Time:
-        """When the phase has advanced by an angle [rad]; a negative one lies in the past [s].
+        """Time [s] at which the phase has advanced by an angle [rad]; negative for a negative one.
 
         A quarter turn, π/2, leads from rest to θ = 0, and half a turn from θ = 0 to θ = 0.
         """
@@ -86,13 +86,13 @@ class MultipleScales(eqx.Module):
         return _turned(self.pendulum.omega_n * ts, self.pendulum.zeta, self._softening())
 
     def _softening(self) -> Ratio:
-        """a0²/16, by which part the frequency is lower at first than at vanishing amplitude."""
+        """Relative decrease a0²/16 of the initial frequency by the amplitude."""
         cosine_part, sine_part = self._parts()
         return (cosine_part**2 + sine_part**2) / 16
 
 
 def _turned(linear: Float[Array, "..."], zeta: Ratio, softening: Ratio) -> Float[Array, "..."]:
-    """The angle turned by, where the pendulum of vanishing amplitude would turn by `linear`."""
+    """Phase angle when that of a pendulum of vanishing amplitude is `linear`."""
     return linear * (1 - softening * phi1(-2 * zeta * linear))
 
 

@@ -1,4 +1,4 @@
-"""The impacting pendulum, flight by flight in closed form."""
+"""The impacting pendulum as a sequence of flights in closed form."""
 
 import math
 from typing import NamedTuple
@@ -17,12 +17,12 @@ from impactjax._types import Coordinate, CoordinateRate, Scalar, Time
 
 
 class PiecewiseAnalytical(eqx.Module):
-    """Multiple-scales flights, chained at the impacts. Made by `piecewise_analytical`.
+    """Multiple-scales flights, joined at the impacts. Made by `piecewise_analytical`.
 
-    - `flight`: each flight, a row an impact: the one that ends with it.
-    - `begin`: when each flight begins [s].
-    - `impact_time`: when it ends [s].
-    - `approach_speed`, `separation_speed`: before and after the impact, positive [m/s].
+    - `flight`: the flights, each in the row of the impact that ends it.
+    - `begin`: beginning of each flight [s].
+    - `impact_time`: end of each flight [s].
+    - `approach_speed`, `separation_speed`: speeds before and after the impact, positive [m/s].
 
     At the time of an impact samples show the state after it. Samples after the last impact are NaN.
     """
@@ -46,7 +46,7 @@ class PiecewiseAnalytical(eqx.Module):
         return flight.velocity(since)
 
     def _flight_at(self, ts: Time) -> tuple[MultipleScales, Time]:
-        """The flight of each time, and how long ago it began."""
+        """The flight at each time, and the time since its beginning."""
         number = jnp.searchsorted(self.impact_time, ts, side="right")
         known = number < self.impact_time.size
         row = jnp.where(known, number, 0)
@@ -56,11 +56,11 @@ class PiecewiseAnalytical(eqx.Module):
 
 
 class _Next(NamedTuple):
-    """Where the next flight starts."""
+    """Start of the next flight."""
 
     t: Scalar
     initial: InitialState
-    turn: Scalar  # by which its phase advances until the impact [rad]
+    turn: Scalar  # advance of its phase until the impact [rad]
 
 
 def piecewise_analytical(
@@ -72,19 +72,18 @@ def piecewise_analytical(
 ) -> PiecewiseAnalytical:
     """The piecewise analytical trajectory of a pendulum whose rigid stop stands at θ = 0.
 
-    Each flight is the multiple-scales solution, of case I or any other initial state at first and
-    of case II after an impact; it ends where its formula is zero again. All of `MultipleScales`
-    holds, also its errors: flights after the first are launched with the speed that the formula
-    gave.
+    Each flight is the multiple-scales solution: the first from the initial state, the others of
+    case II. It ends where its formula returns to zero. The errors of `MultipleScales` accumulate,
+    since each flight starts with the speed that the formula of the last one gave.
 
     Source: Carter (2005), Figures 3.2 and 3.3.
 
     **Arguments:**
 
     - `pendulum`: without dry friction, on a base at rest.
-    - `law`: of the impacts. From an impact on whose restitution is not from 0 to 1 all is NaN.
-    - `initial`: the state at time zero, with θ ≥ 0 [rad], [rad/s].
-    - `max_impacts`: how many impacts; the trajectory ends with the last.
+    - `law`: impact law. After an impact with a restitution outside 0 to 1 all values are NaN.
+    - `initial`: state at time zero, with θ ≥ 0 [rad], [rad/s].
+    - `max_impacts`: number of impacts; the trajectory ends with the last.
     """
     if max_impacts < 1:
         raise ValueError(f"Argument `max_impacts` must be at least 1, but it is {max_impacts}.")

@@ -12,10 +12,10 @@ from impactjax._types import Ratio, Speed
 
 
 class Rebound(eqx.Module):
-    """The speeds of an impact.
+    """Speeds of an impact.
 
-    - `approach_speed`: before it [m/s].
-    - `separation_speed`: after it [m/s].
+    - `approach_speed`: speed before it [m/s].
+    - `separation_speed`: speed after it [m/s].
     """
 
     approach_speed: Speed
@@ -36,16 +36,16 @@ def successive_peaks(
 ) -> Rebound:
     """Speeds and restitution of the impact between two successive peaks of a record.
 
-    The fall from the first peak ends with the approach speed; the separation speed is that whose
-    flight rises to the second. The contact between them may be of any kind and take its time: the
-    speeds are those at the stop. Differentiable in everything.
+    The approach speed is that at the end of the fall from the first peak. A flight that begins with
+    the separation speed rises to the second peak. The contact may be of any kind and duration.
+    Differentiable in all arguments.
 
     **Arguments:**
 
-    - `oscillator`: what flies, on a base at rest; its stop is below.
-    - `first`, `second`: the largest coordinate before and after the impact, one or many of each
-      [rad] or [m].
-    - `flight`: how speeds follow from peaks.
+    - `oscillator`: equation of motion, on a base at rest; its stop is below.
+    - `first`, `second`: largest coordinates before and after the impact, one or many of each [rad]
+      or [m].
+    - `flight`: relation between peaks and speeds.
     """
     first, second = jnp.broadcast_arrays(as_parameter(first), as_parameter(second))
     peaks = jnp.stack([first, second], axis=-1)

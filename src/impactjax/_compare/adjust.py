@@ -1,4 +1,4 @@
-"""Sign, place of the stop and beginning of a record, as the record itself shows them."""
+"""Sign of a record, position of the stop in it, and its usable part, from the record itself."""
 
 from impactjax._compare.oscillators import with_known
 from impactjax._compare.setup import Setup
@@ -6,22 +6,23 @@ from impactjax._first_look.first_look import FirstLook
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._sensor.sensor import Sensor
 
-_BEYOND = 0.25  # how far to the other side a record may go that lies on one
+_BEYOND = 0.25  # ratio of the extremes below which a record lies on one side of the stop
 WHERE = frozenset(("gap", "offset", "gain"))
-"""Parameters that say where the stop is in a record."""
+"""Parameters that determine the position of the stop in a record."""
 
 
 def adjusted(
     recording: AbstractRecording, setup: Setup, said: set[str], chosen: bool, notes: list[str]
 ) -> tuple[AbstractRecording, FirstLook, Setup]:
-    """A recording turned and cut, the first look at it, and what follows for the setup.
+    """The recording with its sign corrected and a hand's part cut off, the first look at it, and
+    the setup with what follows from it.
 
     **Arguments:**
 
-    - `recording`, `setup`: as they are said to be.
-    - `said`: parameters of which somebody says anything.
-    - `chosen`: whether somebody chose which part of the record to use.
-    - `notes`: gets a sentence on each change.
+    - `recording`, `setup`: as given by the user.
+    - `said`: parameters about which the user stated anything.
+    - `chosen`: true if the user chose the part of the record to use.
+    - `notes`: list to which a sentence on each change is appended.
     """
     look = _look(recording, setup)
     if recording.shows_place:
@@ -35,7 +36,7 @@ def adjusted(
 
 
 def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:
-    """What the recording shows before any fit, given what is known."""
+    """First look at the recording, with the known values of the setup."""
     given, sensor = {**setup.start, **setup.fixed}, setup.sensor
     known = Sensor(given.get("gain", sensor.gain), given.get("offset", sensor.offset))
     oscillator = with_known(setup.oscillator, setup.fixed)
@@ -45,7 +46,7 @@ def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:
 def _turned(
     recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
 ) -> tuple[AbstractRecording, FirstLook]:
-    """The recording, with its sign turned if it lies on the wrong side of the stop."""
+    """The recording, with the opposite sign if it lies on the far side of the stop."""
     lowest, highest = recording.span()
     if highest >= _BEYOND * abs(lowest):
         return recording, look
@@ -63,7 +64,7 @@ def _turned(
 def _placed(
     recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
 ) -> tuple[Setup, FirstLook]:
-    """The place of the stop, to be fitted if the record shows that it is not at zero."""
+    """The setup with `gap` or `offset` free if impacts are visibly not at zero."""
     place = look.elsewhere
     if place is None:
         return setup, look
@@ -83,10 +84,10 @@ def _placed(
 def _released(
     recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
 ) -> tuple[AbstractRecording, FirstLook, Setup]:
-    """The recording from where a hand lets go.
+    """The recording from the moment when a hand lets go.
 
-    What an accelerometer shows to be dropped starts from rest, which nothing else in its record
-    could tell.
+    An accelerometer that was dropped is taken to start from rest: its record alone does not contain
+    the initial velocity.
     """
     free = recording.free_part(look)
     if free is None:

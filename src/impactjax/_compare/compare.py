@@ -26,7 +26,7 @@ from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 
-_ROUNDING = 1e-6  # relative, of an rms
+_ROUNDING = 1e-6  # relative difference of two rms that counts as rounding
 
 Progress = Callable[[str], None]
 Each = Callable[..., Iterable[Any]]
@@ -35,12 +35,12 @@ Each = Callable[..., Iterable[Any]]
 class Fitted(NamedTuple):
     """One model fitted to a recording.
 
-    - `name`: of the experiment.
-    - `estimate`: with intervals from profiles.
-    - `seconds`: that it took.
-    - `stated`: the parameters whose values somebody stated, by name.
-    - `worse_than`: names of special cases of it that fit better, which is an error of the search:
-      the estimate counts as not converged.
+    - `name`: name of the experiment.
+    - `estimate`: estimate with intervals from profile likelihoods.
+    - `seconds`: computing time.
+    - `stated`: names of the parameters whose values the user stated.
+    - `worse_than`: names of special cases of the model that fit better. That is a failure of the
+      search, so the estimate counts as not converged.
     """
 
     name: str
@@ -51,27 +51,27 @@ class Fitted(NamedTuple):
 
     @property
     def is_free_flight(self) -> bool:
-        """Whether the model has no stop."""
+        """True if the model has no stop."""
         model = self.estimate.problem.system.model
         return model.lower is None and model.upper is None
 
     @property
     def is_dry(self) -> bool:
-        """Whether the oscillator has dry friction."""
+        """True if the oscillator has dry friction."""
         return is_dry(self.estimate.problem.system.model.oscillator)
 
 
 @dataclasses.dataclass(frozen=True)
 class Comparison:
-    """Models fitted to one recording, the best first by Akaike's criterion.
+    """Models fitted to one recording, sorted by Akaike's criterion, the best first.
 
-    - `name`: of the recording.
-    - `fits`: one a model.
-    - `first_look`: what the recording shows before any fit, if somebody looked.
-    - `notes`: sentences on what was done to the recording.
-    - `seed`: of the scattered starts.
+    - `name`: name of the recording.
+    - `fits`: one fit for each model.
+    - `first_look`: first look at the recording, if `prepare` took one.
+    - `notes`: sentences on changes to the recording.
+    - `seed`: random seed of the scattered starts.
 
-    A sequence of its fits, each of which is also found by its name: `comparison["kelvin-voigt"]`.
+    It is a sequence of its fits, and gives each by its name: `comparison["kelvin-voigt"]`.
     """
 
     name: str
@@ -82,7 +82,7 @@ class Comparison:
 
     @property
     def best(self) -> Fitted:
-        """The first of the fits."""
+        """The fit with the best criterion."""
         return self.fits[0]
 
     def __iter__(self) -> Iterator[Fitted]:
@@ -107,14 +107,16 @@ def compare(
     optimiser: LevenbergMarquardt = LevenbergMarquardt(),
     progress: Progress = lambda _: None,
 ) -> Comparison:
-    """Each model fitted to the same recording, with intervals from profiles. A model that holds
-    others as special cases is fitted after them, and from their answers too.
+    """Fits of several models to one recording, ranked, with intervals from profile likelihoods.
+
+    A model that contains others as special cases is fitted after them; its searches also start from
+    their results.
 
     **Arguments:**
 
-    - `experiments`: what `prepare` made, or experiments by a name of one's own.
-    - `starts`, `optimiser`: of each search.
-    - `progress`: is called with the name of each model whose search begins.
+    - `experiments`: result of `prepare`, or experiments by names of your own.
+    - `starts`, `optimiser`: settings of the searches.
+    - `progress`: function called with the name of each model when its search begins.
 
     **Raises** `ValueError` as `fit` does, and for experiments that are not on one recording.
     """
@@ -129,8 +131,8 @@ def compare_by(
     progress: Progress,
     each: Each,
 ) -> Comparison:
-    """As `compare`, by a search of one's own and side by side: `each` goes through the models of a
-    stage, such as the `map` of a pool of threads.
+    """Variant of `compare` with a given search. `each` maps a function over the models of a stage:
+    `map`, or that of a pool of threads.
     """
     check_search(starts, optimiser)
     prepared = as_prepared(experiments)
@@ -161,7 +163,7 @@ def compare_by(
 
 
 class _Given(NamedTuple):
-    """Experiments of one's own, of which nothing else is known."""
+    """Experiments that the user made without `prepare`."""
 
     name: str
     experiments: Mapping[str, Experiment]
@@ -170,7 +172,7 @@ class _Given(NamedTuple):
 
 
 def as_prepared(experiments: Prepared | Mapping[str, Experiment]) -> Prepared | _Given:
-    """Experiments with what led to them, as far as it is known."""
+    """Experiments with their name, first look and notes, as far as these exist."""
     if isinstance(experiments, Prepared):
         return experiments
     if not isinstance(experiments, Mapping):
@@ -202,7 +204,7 @@ def _same(one: Experiment, other: Experiment) -> bool:
 def _special_cases(
     problem: Problem, done: Mapping[str, Fitted]
 ) -> dict[str, tuple[np.ndarray, Estimate[Problem]]]:
-    """The answers of a model's special cases, as its own parameters, by their names."""
+    """The fitted special cases of a model, by name: its parameter values, and the estimate."""
     found = {}
     for name, fitted in done.items():
         if bool(fitted.estimate.converged):

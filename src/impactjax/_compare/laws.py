@@ -1,7 +1,7 @@
-"""Table of contact laws by the names of the command line, each with where a search starts.
+"""Table of contact laws by the names of the command line, each with its starting values.
 
-A search starts from a law that has the restitution that was seen at the speed that was seen, and a
-contact that lasts about as long as a few samples.
+A search starts from a law with the restitution that the first look found at the speed it found, and
+with a contact as long as the pulses in the record, or else as a few samples.
 """
 
 import math
@@ -50,7 +50,9 @@ def _kelvin_voigt(look: FirstLook) -> KelvinVoigt:
 
 
 def _stiffness(look: FirstLook, n: float) -> float:
-    """Stiffness of a spring k δⁿ whose contact, without damping, lasts as long as was guessed."""
+    """Stiffness k of an undamped spring k δⁿ with the contact duration of the first look,
+    T = 2 δ_max B(1/2, 1/(n+1)) / ((n+1) v) and k δ_max^(n+1)/(n+1) = m v²/2.
+    """
     m, v = float(look.oscillator.mass), look.speed
     duration = math.pi / look.contact_frequency
     deepest = (n + 1) * v * duration / (2 * special.beta(1 / 2, 1 / (n + 1)))
@@ -70,13 +72,13 @@ def _hunt_crossley(look: FirstLook) -> HuntCrossley:
 
 
 def _pust_peterka(look: FirstLook) -> PustPeterka:
-    """With q = 1, where it is Simon's."""
+    """Pust and Peterka's law with q = 1, where it is Simon's."""
     simon = _simon(look)
     return PustPeterka(simon.k, simon.c)
 
 
 def _hertz_dashpot(look: FirstLook) -> HertzDashpot:
-    """With the dashpot of Kelvin-Voigt."""
+    """A Hertzian spring with the dashpot of the Kelvin-Voigt law."""
     linear = _kelvin_voigt(look)
     return HertzDashpot(
         _stiffness(look, 1.5), 2 * linear.gamma * linear.omega0 * look.oscillator.mass
@@ -84,7 +86,7 @@ def _hertz_dashpot(look: FirstLook) -> HertzDashpot:
 
 
 def _power_law(look: FirstLook) -> PowerLaw:
-    """Tsuji's, whose restitution is the same at every speed: c = √5 γ √(m k)."""
+    """Tsuji's law, with the same restitution at every speed: c = √5 γ √(m k), n = 3/2, p = 1/4."""
     k, gamma = _stiffness(look, 1.5), _kelvin_voigt(look).gamma
     return PowerLaw(k, gamma * math.sqrt(5 * k * float(look.oscillator.mass)), 1.5, 0.25, 1.0)
 

@@ -1,4 +1,4 @@
-"""Models that contain others as special cases, and searches that start from those' answers."""
+"""Nested models: special cases of a model, and searches that start from their results."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -27,8 +27,8 @@ from impactjax._model.walton import Walton
 from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
 
-_SHARES = (0.0, 0.01, 0.1, 1.0)  # of the way to the first estimate of what the larger law adds
-_SAME = 1e-9  # relative, of values that are fixed in both
+_SHARES = (0.0, 0.01, 0.1, 1.0)  # shares of the way from the special case to the first start
+_SAME = 1e-9  # relative difference of fixed values that count as equal
 
 Values = Mapping[str, float]
 Case = Callable[[Values], Values | None]
@@ -78,12 +78,13 @@ SPECIAL_CASES: dict[tuple[type, type], Callable[[Values], Values | None]] = {
         "q": 1.0,
     },
 }
-"""The larger law's parameters that follow from the smaller one's; the others are the same."""
+"""For a smaller and a larger law: function from the smaller one's parameters to those of the larger
+one with which it is the same law; parameters that are not returned have the same value."""
 
 
 def special_values(large: ImpactOscillator, small: ImpactOscillator) -> Case | None:
-    """The larger model's parameters that follow from the smaller one's; `None` if the smaller one
-    is no special case. What is fixed may still speak against it.
+    """Function from the smaller model's parameters to those of the larger one with which both are
+    equal; `None` if the smaller one is no special case. Fixed parameters are not considered.
     """
     if type(large.oscillator) is not type(small.oscillator) or large.upper or small.upper:
         return None
@@ -110,7 +111,7 @@ def _separation(stop: Stop) -> type | None:
 
 
 def in_stages(models: Mapping[str, ImpactOscillator]) -> list[list[str]]:
-    """The names of models in groups, each after those that hold special cases of its own."""
+    """The names of models in groups, each group after those with its special cases."""
     left, stages = dict(models), []
     while left:
         stage = [
@@ -126,9 +127,9 @@ def in_stages(models: Mapping[str, ImpactOscillator]) -> list[list[str]]:
 def special_case(
     problem: Problem, estimate: Estimate[Problem]
 ) -> Float[np.ndarray, " parameters"] | None:
-    """The values of a problem's parameters with which it is the answer of another, smaller model.
+    """The values of a problem's parameters with which its model equals a fitted smaller one.
 
-    `None` if that is no special case, or if something is fixed at another value.
+    `None` if that is no special case, or if a parameter is fixed at another value.
     """
     case = special_values(problem.system.model, estimate.problem.system.model)
     if case is None:
@@ -148,8 +149,9 @@ def special_case(
 def starts_beside(
     problem: Problem, cases: Sequence[np.ndarray], lanes: Float[AnyArray, "lanes parameters"]
 ) -> Float[AnyArray, "lanes parameters"]:
-    """As many starts: the special cases themselves, and beside them towards the first start, since
-    at the end of a range nothing is felt.
+    """Starts from special cases, as many as in `lanes`: the special cases themselves, and points
+    between them and the first start. The latter are needed because derivatives vanish at the end of
+    a range, where special cases usually are.
     """
     first = problem.values(np.asarray(lanes[0]))
     rows = [case + share * (first - case) for share in _SHARES for case in cases]

@@ -13,7 +13,7 @@ from impactjax._model.pendulum import Pendulum
 from impactjax._parameter import parameter_of
 
 DRY_FRICTION = "dry_friction"
-_TYPICAL = {DRY_FRICTION: 0.1, "length": 1.0}  # of what is left out unless it is asked for
+_TYPICAL = {DRY_FRICTION: 0.1, "length": 1.0}  # values of optional parameters
 
 OSCILLATORS: dict[str, Callable[[], AbstractOscillator]] = {
     "pendulum": lambda: Pendulum(10.0, 0.01),
@@ -26,8 +26,8 @@ OSCILLATORS: dict[str, Callable[[], AbstractOscillator]] = {
 def with_known(
     oscillator: AbstractOscillator, values: Mapping[str, ArrayLike]
 ) -> AbstractOscillator:
-    """An oscillator with some values set: those that are its own, also of what is left out of it
-    otherwise.
+    """An oscillator with some parameters set, including optional ones; names of other parameters
+    are ignored.
     """
     return dataclasses.replace(
         oscillator, **{name: values[name] for name in _own(oscillator) if name in values}
@@ -35,7 +35,7 @@ def with_known(
 
 
 def complete(oscillator: AbstractOscillator) -> AbstractOscillator:
-    """An oscillator with all that may be asked of it."""
+    """An oscillator with typical values for its optional parameters that are `None`."""
     absent = [name for name in _own(oscillator) if getattr(oscillator, name) is None]
     return with_known(
         oscillator, {name: value for name, value in _TYPICAL.items() if name in absent}
@@ -43,7 +43,7 @@ def complete(oscillator: AbstractOscillator) -> AbstractOscillator:
 
 
 def with_dry_friction(oscillator: AbstractOscillator) -> AbstractOscillator:
-    """An oscillator with dry friction, of a typical size if it has none so far."""
+    """An oscillator with dry friction: its own, or a typical value."""
     return oscillator if is_dry(oscillator) else with_known(oscillator, _only_friction())
 
 
@@ -52,12 +52,12 @@ def _only_friction() -> dict[str, float]:
 
 
 def is_dry(oscillator: AbstractOscillator) -> bool:
-    """Whether an oscillator has dry friction."""
+    """True if an oscillator has dry friction."""
     return may_be_dry(oscillator) and getattr(oscillator, DRY_FRICTION) is not None
 
 
 def may_be_dry(oscillator: AbstractOscillator) -> bool:
-    """Whether dry friction is known of an oscillator's kind."""
+    """True if an oscillator has a parameter for dry friction."""
     return DRY_FRICTION in _own(oscillator)
 
 

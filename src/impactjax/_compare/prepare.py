@@ -1,4 +1,4 @@
-"""The verb `prepare`: from a file, or a recording, to an experiment for each law."""
+"""The verb `prepare`: file or recording → an experiment for each law."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -31,16 +31,16 @@ from impactjax._sensor.sensor import Sensor
 from impactjax._sensor.system import Start, System
 
 _FREE_FLIGHT = "free flight"
-WITH_DRY_FRICTION = " with dry friction"  # after the name of a model
+WITH_DRY_FRICTION = " with dry friction"  # suffix of a model's name
 
 
 class Prepared(NamedTuple):
-    """Experiments on one recording, an experiment a law, and what led to them.
+    """Experiments on one recording, one for each law.
 
-    - `name`: of the recording.
-    - `experiments`: by the name of their law.
-    - `first_look`: what the recording shows before any fit.
-    - `notes`: sentences on what was left out, turned or assumed.
+    - `name`: name of the recording.
+    - `experiments`: experiments by the name of their law.
+    - `first_look`: first estimates from the recording.
+    - `notes`: sentences on samples left out, a sign turned and values assumed.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Prepared(NamedTuple):
 
     @property
     def experiment(self) -> Experiment:
-        """The only experiment. Raises `ValueError` if there are several."""
+        """The experiment, if there is only one. Raises `ValueError` if there are several."""
         if len(self.experiments) != 1:
             raise ValueError(f"There are {len(self.experiments)} experiments; take one by name.")
         return next(iter(self.experiments.values()))
@@ -68,26 +68,24 @@ def prepare(
 ) -> Prepared:
     """Experiments for some laws on a recording, as the command `impactjax fit` makes them.
 
-    A first look finds where the searches start. Sidecar and arguments say what is known; an
-    argument has the last word. Sign, place of the stop and a hand at the start are looked for in a
-    record of the coordinate, unless something is said of them.
+    A first look at the record gives the starting values. Known values come from the sidecar and the
+    arguments; an argument overrides the sidecar. In a record of the coordinate, its sign, the
+    position of the stop and a hand at the start are detected, unless they are stated.
 
     **Arguments:**
 
-    - `record`: a file, what `read_recording` made of it, or a recording.
-    - `oscillator`: of the kind that moves; its values are kept where the record shows none. If left
-      out, it follows from the sidecar, or from what was observed.
-    - `laws`: names from `LAWS`, "none" for free flight, or laws of one's own, which start from
-      their own values; the usual ones that apply if left out.
-    - `sensor`: what stands between motion and recording.
-    - `fixed`: parameters that are known, by name; those that only some laws have do not matter to
-      the others.
-    - `start`: better starting values than a first look gives, by name.
-    - `free`: parameters to fit although they are usually known.
+    - `record`: file, result of `read_recording`, or recording.
+    - `oscillator`: oscillator that was recorded; its values are kept where the record shows none.
+      By default it follows from the sidecar, or from the recorded quantity.
+    - `laws`: names from `LAWS`, "none" for free flight, or laws of your own, which start from their
+      own values; by default the usual ones.
+    - `sensor`: gain, offset, filter and noise of the instrument.
+    - `fixed`: known parameters by name; a law that does not have a parameter ignores it.
+    - `start`: starting values by name, instead of those of the first look.
+    - `free`: names of parameters to fit although they are usually known.
 
-    **Raises** `FileError` for a file that cannot be read or a sidecar that cannot be, `ValueError`
-    for a name that no law has, a value out of range and an oscillator that does not suit the
-    recording.
+    **Raises** `FileError` for a file or sidecar that cannot be read, `ValueError` for a name that
+    no law has, a value out of range and an oscillator that does not suit the recording.
     """
     for law in laws or ():
         check_law(law)
@@ -114,7 +112,7 @@ def prepare(
 
 
 def check_law(law: Law) -> None:
-    """Raises `ValueError` for a name that is not in the table, `TypeError` for what is no law."""
+    """Raises `ValueError` for a name that is not in the table, `TypeError` for another type."""
     if isinstance(law, str):
         if law not in (NO_LAW, *LAWS):
             known = ", ".join([NO_LAW, *LAWS])
@@ -126,14 +124,14 @@ def check_law(law: Law) -> None:
 
 
 def name_of(law: Law) -> str:
-    """How a law is called in tables: its own name, or that of its class."""
+    """Name of a law in tables: that on the command line, or that of its class."""
     if isinstance(law, str):
         return _FREE_FLIGHT if law == NO_LAW else law
     return type(law).__name__
 
 
 def _said(file: RecordingFile) -> set[str]:
-    """The parameters of which the sidecar says anything."""
+    """Names of the parameters that the sidecar mentions."""
     sensor = file.sidecar.sensor
     given = {"gain": sensor.gain, "offset": sensor.offset}
     named = {*file.sidecar.start, *file.sidecar.fixed, *file.sidecar.fit.free}
@@ -147,7 +145,7 @@ def _with_arguments(
     start: Mapping[str, float],
     free: Sequence[str],
 ) -> Setup:
-    """What arguments say, over what the sidecar says."""
+    """The setup with the sidecar's statements overridden by the arguments."""
     own_fixed = {name: value for name, value in setup.fixed.items() if name not in {*free, *start}}
     own_start = {name: value for name, value in setup.start.items() if name not in fixed}
     own_free = [name for name in setup.free if name not in fixed]
@@ -162,7 +160,7 @@ def _with_arguments(
 
 
 def _check_names(setup: Setup) -> None:
-    """Checks what is said of parameters, of those that only other laws have too."""
+    """Checks the names and values in a setup; a name may also belong to a law that is not tried."""
     asked = dict.fromkeys([*setup.fixed, *setup.start, *setup.free])
     if not asked:
         return
@@ -201,13 +199,15 @@ def _prepared(
 
 
 def _usual_laws(recording: AbstractRecording, look: FirstLook) -> Sequence[Law]:
-    """The usual laws; no law at all if the motion is free."""
+    """Names of the usual laws; only "none" if the motion is free."""
     free = look.swings_freely and look.elsewhere is None and not recording.observes_impacts
     return [NO_LAW] if free else USUAL_LAWS
 
 
 def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:
-    """Without and with dry friction where free flight is to tell; with it if it is spoken of."""
+    """Variants to try for a law: both without and with dry friction in free flight, unless the user
+    decided it.
+    """
     if DRY_FRICTION in {*setup.fixed, *setup.start, *setup.free}:
         return (True,)
     undecided = setup.dry_friction is None and may_be_dry(setup.oscillator)

@@ -1,4 +1,4 @@
-"""The criterion that ranks laws, and the one difference of it that tells them apart."""
+"""Ranking of laws by Akaike's criterion for correlated residuals and few observations."""
 
 from collections.abc import Sequence
 
@@ -6,20 +6,18 @@ import numpy as np
 
 from impactjax._fit.estimate import Estimate
 
-CLEAR = 10.0  # a difference of the criterion that leaves no doubt
+CLEAR = 10.0  # difference of the criterion at which the worse law is rejected
 
 
 def differences(estimates: Sequence[Estimate]) -> list[float]:
-    """By how much the criterion of each fit is worse than the best one's; at least zero.
+    """ΔQAICc: the criterion of each fit minus the lowest one; at least zero.
 
-    The criterion is Akaike's for correlated residuals and for few of them,
-    share (−2 log L) + 2 k + 2 k (k + 1)/(n − k − 1). The n are the independent residuals which
-    those of the fit with the lowest AIC stand for, and `share` is their share of all. NaN for a fit
-    that has no result, and where n <= k + 1: there the criterion does not exist and decides
-    nothing.
+    QAICc = (n/N) (−2 log L) + 2 k + 2 k (k + 1)/(n − k − 1) for k parameters and N observations.
+    The likelihood is scaled to the effective sample size n of the fit with the lowest AIC. NaN for
+    a fit without a result, and if n <= k + 1, where the criterion does not exist.
 
-    Source: Lebreton et al., Ecological Monographs 62, 67 (1992); Hurvich & Tsai, Biometrika 76,
-    297 (1989).
+    Source: Lebreton et al., Ecological Monographs 62, 67 (1992), for QAIC; Hurvich & Tsai,
+    Biometrika 76, 297 (1989), for the correction for few observations.
     """
     converged = [each for each in estimates if bool(each.converged)]
     if not converged:
@@ -33,14 +31,14 @@ def differences(estimates: Sequence[Estimate]) -> list[float]:
 
 
 def rejected(estimates: Sequence[Estimate]) -> list[bool]:
-    """Which fits the best one rules out: none if that has no result, or misses the record."""
+    """True for each fit that the best one rules out; all false if the best one is not usable."""
     behind = differences(estimates)
     best = estimates[best_first(estimates)[0]]
     return [bool(best.usable) and by >= CLEAR for by in behind]
 
 
 def best_first(estimates: Sequence[Estimate]) -> list[int]:
-    """The order of fits: those with a result by the criterion, then by their residuals."""
+    """Indices of the fits in order: converged ones first, by the criterion; without one, by rms."""
     behind = differences(estimates)
 
     def place(i: int) -> tuple[bool, bool, float, float]:
@@ -53,13 +51,15 @@ def best_first(estimates: Sequence[Estimate]) -> list[int]:
 
 
 def independent_observations(estimate: Estimate) -> float:
-    """How many independent residuals those of a fit stand for."""
+    """Effective sample size of a fit: degrees of freedom plus parameters, at most all
+    observations.
+    """
     n = float(estimate.problem.observations)
     return min(float(estimate.freedom) + len(estimate.names), n)
 
 
 def parameters_found(estimate: Estimate) -> int:
-    """What a fit finds in a record: parameters, and sizes of noise that are not known."""
+    """Number of parameters and unknown noise variances that a fit estimates."""
     return len(estimate.names) + estimate.problem.sizes_found
 
 

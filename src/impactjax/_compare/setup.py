@@ -1,4 +1,4 @@
-"""Knowledge of an experiment beside its recording, and where a sidecar says it."""
+"""Setup of an experiment: all that is known besides the recording, read from a sidecar."""
 
 import difflib
 from collections.abc import Mapping, Sequence
@@ -22,15 +22,15 @@ from impactjax._sensor.sensor import Sensor
 
 
 class Setup(NamedTuple):
-    """Knowledge of an experiment beside its recording.
+    """All that is known of an experiment besides its recording.
 
-    - `oscillator`: of the kind that moves.
-    - `sensor`: what stands between motion and recording.
-    - `dry_friction`: whether it has dry friction; `None` tries both in free flight.
-    - `fixed`: parameters that are known, by name; those that only other laws have do not matter.
-    - `start`: better starting values than a first look gives, by name.
-    - `free`: parameters to fit although they are usually known.
-    - `laws`: to try; `None` if that follows from the recording.
+    - `oscillator`: oscillator that was recorded.
+    - `sensor`: gain, offset, filter and noise of the instrument.
+    - `dry_friction`: true with dry friction; `None` tries both in free flight.
+    - `fixed`: known parameters by name; a law that does not have a parameter ignores it.
+    - `start`: starting values by name, instead of those of the first look.
+    - `free`: names of parameters to fit although they are usually known.
+    - `laws`: laws to try; `None` if they follow from the recording.
     """
 
     oscillator: AbstractOscillator
@@ -45,9 +45,9 @@ class Setup(NamedTuple):
 def setup_of(
     file: RecordingFile, oscillator: AbstractOscillator | None, laws: Sequence[Law] | None
 ) -> Setup:
-    """What the sidecar of a file says, unless oscillator or laws are given.
+    """The setup in a file's sidecar; `oscillator` and `laws` override it.
 
-    **Raises** `FileError` for what cannot be.
+    **Raises** `FileError` for unknown names and values out of range.
     """
     sidecar = file.sidecar
     if oscillator is None:
@@ -83,7 +83,7 @@ def _sensor(own: SensorTable) -> Sensor:
 
 
 def _check_suits(file: RecordingFile, oscillator: AbstractOscillator) -> None:
-    """An angle needs a pendulum, a displacement something that moves on a line."""
+    """Raises `FileError` for an angle without a pendulum, or a displacement with one."""
     if file.recording.suits(oscillator):
         return
     suited = [name for name, make in OSCILLATORS.items() if file.recording.suits(make())]
@@ -96,7 +96,9 @@ def _check_suits(file: RecordingFile, oscillator: AbstractOscillator) -> None:
 def _check_values(
     file: RecordingFile, oscillator: AbstractOscillator, sensor: Sensor, tried: Sequence[Law]
 ) -> None:
-    """Checks what is fixed, what is free and where to start, for all laws to be tried."""
+    """Checks that each name in [fixed], [start] and `free` exists for some law, and that its value
+    is in range.
+    """
     given, free = {**file.sidecar.start, **file.sidecar.fixed}, file.sidecar.fit.free
     known = parameters(oscillator, [NO_LAW, *tried]) if given or free else {}
     if not known.keys() >= {*given, *free}:

@@ -1,4 +1,4 @@
-"""Room for the steps and impacts that a recording is expected to take."""
+"""Numbers of steps and impacts that the simulation of a recording is expected to need."""
 
 import math
 
@@ -10,19 +10,19 @@ from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.taylor_step import TaylorStep
 
-_TOLERANCE = 1e-8  # what `simulate` takes in double precision
-_FADED = 1e-3  # speed, relative to the fastest, below which impacts are summed
-_MARGIN = 1.5  # for parameters that differ from the first estimates
-_TURN_STEPS = 8  # of a swing from one side to the other
-_IMPACT_STEPS = 8  # of an impact and the flight that follows
-_DEARER = 4  # steps by a Runge-Kutta method, beside those by Taylor series
+_TOLERANCE = 1e-8  # default of `simulate` in double precision
+_FADED = 1e-3  # speed, relative to the fastest, below which a chatter series is summed
+_MARGIN = 1.5  # safety factor, since parameters differ from the first estimates
+_TURN_STEPS = 8  # steps for a swing from one side to the other
+_IMPACT_STEPS = 8  # steps for an impact and the flight that follows
+_DEARER = 4  # ratio of the steps of a Runge-Kutta method to those of Taylor series
 
 
 def step_budget(
     recording: AbstractRecording, look: FirstLook, model: ImpactOscillator
 ) -> Simulation:
-    """Room for the impacts and the steps that a recording is expected to take, and half as much
-    again.
+    """Simulation settings with 1.5 times the steps and impacts that are expected, rounded up to
+    powers of two.
     """
     swings = _swings(recording, look)
     impacts = 0.0 if model.lower is None else swings + look.speeds.size + _chatter(look, model)
@@ -38,7 +38,7 @@ def _power(number: float) -> int:
 
 
 def _swings(recording: AbstractRecording, look: FirstLook) -> float:
-    """Times that the motion turns, as far as the oscillator does so by itself."""
+    """Expected number of half periods; 0 for an oscillator without an equilibrium."""
     if recording.observes_impacts or not look.oscillator.has_equilibrium():
         return 0.0
     half = look.oscillator.half_period(0.0)
@@ -46,7 +46,9 @@ def _swings(recording: AbstractRecording, look: FirstLook) -> float:
 
 
 def _chatter(look: FirstLook, model: ImpactOscillator) -> float:
-    """Impacts until they are summed, where something presses the mass onto the stop."""
+    """Expected impacts of a chatter series before it is summed; 0 if no force presses the mass onto
+    the stop.
+    """
     assert model.lower is not None
     still = look.oscillator.has_equilibrium() and float(model.lower.gap) == 0
     r = min(max(look.restitution, 0.1), 0.97)

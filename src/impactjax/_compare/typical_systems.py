@@ -1,4 +1,4 @@
-"""Systems with typical values, and the parameters that a name on the command line may mean."""
+"""Systems with typical values, and the parameters of laws by name."""
 
 from collections.abc import Sequence
 
@@ -17,21 +17,21 @@ from impactjax._problem.parameters import handles
 from impactjax._sensor.sensor import Sensor
 from impactjax._sensor.system import Start, System
 
-Law = str | AbstractLaw  # by its name in the table, or one's own
+Law = str | AbstractLaw  # name in the table `LAWS`, or a law object
 
 _CONTACT = 700.0  # natural frequency [rad/s]
 
 
 def typical_system(oscillator: AbstractOscillator, law: Law) -> System:
-    """A system with typical values of start and contact."""
+    """A system with typical values of initial state and contact."""
     initial = InitialState(np.pi / 4 if oscillator.is_angle() else 0.1)
     look = FirstLook(oscillator, initial, np.zeros(0), np.zeros(0), _CONTACT, False)
     return System(with_law(look, law), initial, Start(0.0), Sensor())
 
 
 def with_law(look: FirstLook, law: Law) -> ImpactOscillator:
-    """The model of a record at first look, with a law: started from what the record shows if it is
-    a name, else one's own values.
+    """The model of a first look with a law. A named law starts from the values of the first look, a
+    law object keeps its own.
     """
     if law == NO_LAW:
         return ImpactOscillator(look.oscillator)
@@ -40,7 +40,7 @@ def with_law(look: FirstLook, law: Law) -> ImpactOscillator:
 
 
 def parameters(oscillator: AbstractOscillator, laws: Sequence[Law]) -> dict[str, Range]:
-    """All parameters of motion, contact and start, by name."""
+    """Ranges of all parameters of motion, contact laws and start, by name."""
     found: dict[str, Range] = {}
     for law in laws:
         known = handles(typical_system(complete(oscillator), law))

@@ -73,7 +73,7 @@ class Estimate(eqx.Module, Generic[P]):
     start_costs: Float[AnyArray, "... starts"]
 
     def of(self, problem: P) -> "Estimate[P]":
-        """The estimate of the unpadded problem, from this one, whose rows at the end are padding."""
+        """The estimate of the unpadded problem; the rows of this one end with padding."""
         count = problem.valid.shape[-1]
         if count == self.residuals.shape[-1]:
             return self

@@ -8,8 +8,8 @@ from jaxtyping import Array, Float, Int
 
 from impactjax._known import AnyArray, namespace
 
-_SAME = 0.99  # of the largest exponent: counts as large
-_ABSENT = 1e-6  # a component this small is rounding
+_SAME = 0.99  # ratio to the largest exponent above which one counts as equally large
+_ABSENT = 1e-6  # relative size of a component that counts as rounding
 
 Sensitivities = Float[AnyArray, "data parameters"]
 Weights = Float[Array | np.ndarray, "... parameters"]
@@ -18,18 +18,19 @@ Weights = Float[Array | np.ndarray, "... parameters"]
 class Spread(eqx.Module):
     """Standard errors of sums Σ wᵢ uᵢ of scaled parameters: |diag(errors) axes w|.
 
-    The axes are those of sensitivities with columns of length one, so that neither the unit nor the
-    size of a parameter matters, however far apart they are.
+    They come from the singular value decomposition of the sensitivities, with columns scaled to
+    length one. The result then does not depend on units, and rounding does not grow with the ratio
+    of the parameters' sizes.
 
-    - `axes`: right singular vectors over the columns' lengths.
-    - `errors`: the inverse singular values; infinite where the data tell nothing.
+    - `axes`: right singular vectors divided by the columns' lengths.
+    - `errors`: inverse singular values; infinite if the data do not determine the axis.
     """
 
     axes: Float[AnyArray, "axes parameters"]
     errors: Float[AnyArray, " axes"]
 
     def error(self, weights: Weights) -> Float[AnyArray, "..."]:
-        """Standard error of each sum; infinite if anything in it is not told."""
+        """Standard error of each sum; infinite if it contains an undetermined axis."""
         xp = namespace(self.errors, weights)
         along = weights @ self.axes.T
         told = xp.isfinite(self.errors)
@@ -40,7 +41,7 @@ class Spread(eqx.Module):
         return xp.where(missing.any(axis=-1), xp.inf, size)
 
     def part(self, indices: Int[np.ndarray, " own"]) -> "Spread":
-        """The spread of some of the parameters, while the others are found from the same data."""
+        """The errors of some parameters, with the others estimated from the same data."""
         return Spread(self.axes[:, indices], self.errors)
 
 
@@ -50,11 +51,11 @@ class Directions(eqx.Module):
     A direction with exponents w is a product of powers Π pᵢ^wᵢ of the parameters, to first order a
     sum Σ wᵢ δpᵢ/scaleᵢ. Directions are orthogonal; their errors are uncorrelated.
 
-    - `names`: of the parameters.
-    - `exponents`: w, of length one, a row a direction; the largest, or the last
-      of equal ones, is positive [1].
-    - `errors`: standard error of each, relative; infinite where the data tell nothing [1].
-    - `spread`: errors of all sums, from which these and the bounds of single parameters follow.
+    - `names`: names of the parameters.
+    - `exponents`: w, one row of length one for each direction; its largest entry, or the last of
+      equally large ones, is positive [1].
+    - `errors`: relative standard error of each; infinite if the data do not determine it [1].
+    - `spread`: errors of arbitrary sums, and so of single parameters.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -63,12 +64,12 @@ class Directions(eqx.Module):
     spread: Spread
 
     def error(self, exponents: Weights) -> Float[AnyArray, "..."]:
-        """Standard error of any other product of powers, relative [1]."""
+        """Relative standard error of any other product of powers [1]."""
         return self.spread.error(exponents)
 
 
 def spread(sensitivities: Sensitivities) -> Spread:
-    """The errors of what data tell, from their sensitivities in sizes of their noise."""
+    """Errors of sums of parameters, from sensitivities of the data divided by their noise."""
     xp = namespace(sensitivities)
     length = xp.linalg.norm(sensitivities, axis=0)
     length = xp.where(length > 0, length, 1.0)
@@ -79,8 +80,13 @@ def spread(sensitivities: Sensitivities) -> Spread:
 
 
 def directions(names: tuple[str, ...], sensitivities: Sensitivities, spread: Spread) -> Directions:
-    """The directions of what data tell, from the sensitivities that are left to the named
-    parameters, and the errors of their sums.
+    """Directions of the named parameters.
+
+    **Arguments:**
+
+    - `names`: names of the parameters.
+    - `sensitivities`: with the part removed that other parameters explain, by `without`.
+    - `spread`: errors of sums of the named parameters.
     """
     xp = namespace(sensitivities)
     rows, _ = _axes(sensitivities)
@@ -92,7 +98,7 @@ def directions(names: tuple[str, ...], sensitivities: Sensitivities, spread: Spr
 
 
 def _axes(sensitivities: Sensitivities) -> tuple[AnyArray, AnyArray]:
-    """As many right singular vectors as parameters, and their singular values."""
+    """Right singular vectors, one for each parameter, and their singular values."""
     xp = namespace(sensitivities)
     missing = max(sensitivities.shape[1] - sensitivities.shape[0], 0)
     full = xp.pad(sensitivities, ((0, missing), (0, 0)))
@@ -101,7 +107,9 @@ def _axes(sensitivities: Sensitivities) -> tuple[AnyArray, AnyArray]:
 
 
 def without(sensitivities: Sensitivities, others: Float[AnyArray, "data others"]) -> Sensitivities:
-    """What is left of sensitivities when other parameters are found from the same data."""
+    """Sensitivities projected orthogonally to those of other parameters, which are estimated from
+    the same data: S − B Bᵀ S with an orthonormal basis B of the others.
+    """
     xp = namespace(others)
     size = xp.linalg.norm(others, axis=0)
     unit = others / xp.where(size > 0, size, 1.0)
@@ -111,7 +119,7 @@ def without(sensitivities: Sensitivities, others: Float[AnyArray, "data others"]
 
 
 def _svd(matrix: Float[Any, "rows columns"]) -> tuple[Any, ...]:
-    """Singular values and vectors; not a number, also in NumPy, of what is none."""
+    """Singular values and vectors; NaN, also in NumPy, if the matrix is not finite."""
     xp = namespace(matrix)
     if xp is np and not np.isfinite(matrix).all():
         return tuple(np.full_like(each, np.nan) for each in _svd(np.zeros_like(matrix)))
@@ -119,5 +127,5 @@ def _svd(matrix: Float[Any, "rows columns"]) -> tuple[Any, ...]:
 
 
 def _rounding(matrix: Float[AnyArray, "rows columns"]) -> float:
-    """The size of a singular value, relative to the largest, that is nothing but rounding."""
+    """Relative size of a singular value, compared with the largest, that counts as rounding."""
     return max(matrix.shape) * float(np.finfo(matrix.dtype).eps)

@@ -1,4 +1,4 @@
-"""What a recording tells about the parameters that were fitted to it."""
+"""The verb `identifiability`: the information in a recording about the fitted parameters."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from impactjax._identify.information import Information, informed
 from impactjax._known import known, namespace
 
 
-@np.errstate(all="ignore")  # as JAX computes, without a warning
+@np.errstate(all="ignore")  # no warnings, as in JAX
 def identifiability(estimate: Estimate) -> Information:
-    """What the recording of a fit tells about the parameters, around their estimates.
+    """Information in the recording of a fit about the parameters, around their estimates.
 
-    The size of the noise is the one that agrees with the standard errors of the estimate, so that a
-    widening for correlated residuals counts here too. An estimate that is not `usable` tells
-    nothing. Works under `jit` and `vmap`.
+    The noise is scaled to agree with the standard errors of the estimate, so that correlated
+    residuals count here as well. An estimate that is not `usable` contains no information. Works
+    under `jit` and `vmap`.
     """
     estimate = known(estimate)
     xp, parameters = namespace(estimate), estimate.problem.handles()

@@ -1,4 +1,4 @@
-"""What data tell about parameters: the verb `information` and what it returns."""
+"""The verb `information`: Fisher information in data about parameters."""
 
 from collections.abc import Callable, Sequence
 from typing import TypeVar
@@ -18,24 +18,23 @@ Part = TypeVar("Part", bound=eqx.Module)
 PerParameter = Float[AnyArray, " parameters"]
 PerPair = Float[AnyArray, "parameters parameters"]
 
-_NOTHING = 0.1  # of that error: a positive parameter's logarithm means nothing any more
-_ACCOMPANYING = ("initial", "start", "sensor")  # found with the model, but not what is asked for
+_NOTHING = 0.1  # ratio of a positive parameter to its error below which its logarithm is useless
+_ACCOMPANYING = ("initial", "start", "sensor")  # nuisance parameters
 
 
 class Information(eqx.Module):
-    """What data tell about parameters, to first order around the parameters' values.
+    """Fisher information in data about parameters, to first order around the parameters' values.
 
-    A parameter p counts in units of its own size, u = p / scale, so that for a positive one du is a
-    step of its logarithm, unless it is next to nothing. With S = ∂(data/σ)/∂u the Fisher
-    information is Sᵀ S.
+    Parameters are scaled, u = p / scale; for a positive one of normal size du is a step of its
+    logarithm. With S = ∂(data/σ)/∂u the Fisher information is Sᵀ S.
 
-    - `names`, `units`: of the parameters.
-    - `positive`: whether a parameter cannot be negative.
-    - `of_model`: whether it belongs to the model, and not to the initial state or the sensor.
-    - `values`: in the parameters' own units.
-    - `scale`: |value|; the error that it would have if all others were known, if that is larger, or
-      for a positive one larger by far.
-    - `sensitivities`: S, change of the data in sizes of their noise per relative change of a
+    - `names`, `units`: names and units of the parameters.
+    - `positive`: true for a parameter that cannot be negative.
+    - `of_model`: true for a parameter of the model, false for one of initial state or sensor.
+    - `values`: values in the parameters' own units.
+    - `scale`: |value|, or the parameter's error with all others known, if that is larger (for a
+      positive one, more than ten times as large).
+    - `sensitivities`: S, change of the data divided by their noise per relative change of a
       parameter [1].
     """
 
@@ -54,8 +53,8 @@ class Information(eqx.Module):
 
     @property
     def bounds(self) -> PerParameter:
-        """The Cramér-Rao bound of each parameter: no unbiased estimate has a smaller standard
-        error. Infinite for one that the data do not tell. In the parameter's own unit.
+        """The Cramér-Rao bound of each parameter, in its own unit: no unbiased estimate has a
+        smaller standard error. Infinite for a parameter that the data do not determine.
         """
         unit = namespace(self.scale).eye(len(self.names), dtype=self.scale.dtype)
         return spread(self.sensitivities).error(unit) * self.scale
@@ -63,7 +62,7 @@ class Information(eqx.Module):
     @property
     @np.errstate(all="ignore")
     def correlation(self) -> PerPair:
-        """Correlation of the errors; ±1 for parameters that the data tell only together [1]."""
+        """Correlation of the errors; ±1 for parameters that are determined only jointly [1]."""
         told, xp = spread(self.sensitivities), namespace(self.scale)
         most = 1 / xp.finfo(self.scale.dtype).eps
         weighted = told.axes.T * xp.minimum(told.errors, most)
@@ -73,8 +72,8 @@ class Information(eqx.Module):
 
     @property
     def directions(self) -> Directions:
-        """Stiff and sloppy directions among the model's parameters while the others, of initial
-        state and sensor, are found from the same data.
+        """Stiff and sloppy directions among the model's parameters, with those of initial state and
+        sensor estimated from the same data.
         """
         own = np.array([i for i, asked in enumerate(self.of_model) if asked], int)
         other = np.array([i for i, asked in enumerate(self.of_model) if not asked], int)
@@ -91,17 +90,18 @@ def information(
     free: Sequence[str] = (),
     fixed: Sequence[str] = (),
 ) -> Information:
-    """What data would tell about the parameters of a law, a model or any part of it.
+    """Fisher information that data would contain about the parameters of a law, a model or any
+    part of it.
 
     Works under `jit` and `vmap`. Source of the terms: Transtrum et al., J. Chem. Phys. 143, 010901
     (2015).
 
     **Arguments:**
 
-    - `data`: the data as a differentiable function of the part: speeds, durations, a motion.
-    - `part`: with the values around which to ask.
-    - `sigma`: standard deviation of the data's noise, one number or one for each.
-    - `free`: names of parameters to ask for although they are usually known.
+    - `data`: differentiable function from the part to the data: speeds, durations, a motion.
+    - `part`: law, model or system, with the values around which to linearise.
+    - `sigma`: standard deviation of the data's noise, one number or one for each datum.
+    - `free`: names of parameters to include although they are usually known.
     - `fixed`: names of parameters to take as known.
 
     **Raises** `ValueError` for a name that the part does not have, and if no parameter is left.
@@ -116,11 +116,11 @@ def information(
     return informed(parameters, values, jax.jacfwd(scaled)(values))
 
 
-@np.errstate(all="ignore")  # as JAX computes, without a warning
+@np.errstate(all="ignore")  # no warnings, as in JAX
 def informed(
     parameters: dict[str, Handle], values: PerParameter, jacobian: Sensitivities
 ) -> Information:
-    """The information of a Jacobian in sizes of the noise per unit of each parameter."""
+    """The information in a Jacobian of the data divided by their noise, by each parameter."""
     values, jacobian = known(values), known(jacobian)
     xp = namespace(values, jacobian)
     positive = tuple(each.allowed.low >= 0 for each in parameters.values())

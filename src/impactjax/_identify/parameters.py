@@ -13,7 +13,7 @@ from impactjax._sensor.system import Start, System
 
 
 def parameters_of(part: eqx.Module) -> dict[str, Handle]:
-    """Where each parameter of a part is, and what it may be, by the name that a fit gives it."""
+    """Path and range of each parameter of a part, by its name in a fit."""
     if isinstance(part, System):
         return handles(part)
     if isinstance(part, ImpactOscillator):
@@ -27,7 +27,7 @@ def parameters_of(part: eqx.Module) -> dict[str, Handle]:
 
 
 def chosen(part: eqx.Module, free: Sequence[str], fixed: Sequence[str]) -> dict[str, Handle]:
-    """The parameters that a fit would vary: those not usually measured otherwise.
+    """The parameters that a fit would vary: those not usually measured separately.
 
     **Raises** `ValueError` for a name that the part does not have, and if nothing is left.
     """

@@ -1,4 +1,4 @@
-"""Whether what a fit leaves unexplained looks like independent normal noise."""
+"""Tests of residuals for independence and normality."""
 
 import equinox as eqx
 import numpy as np
@@ -10,10 +10,10 @@ from impactjax._fit.estimate import Estimate
 from impactjax._known import AnyArray, known, namespace
 from impactjax._problem.noise import autocovariances
 
-UNLIKELY = 1e-3  # the probability below which residuals are said not to be what they should be
-_LAGS = 40  # of the autocorrelation, at most; a quarter of the number of samples at most
-_WINDOW = 0.25  # of the time until the next impact
-_LEAST = 1e-3  # of a number of residuals, so that none can be reckoned with
+UNLIKELY = 1e-3  # significance level of each test
+_LAGS = 40  # most lags of the autocorrelation; at most a quarter of the number of samples
+_WINDOW = 0.25  # share of the time until the next impact that counts as just after an impact
+_LEAST = 1e-3  # least effective number of residuals, to avoid a division by zero
 _FARTHEST = float(special.ndtri(1 - UNLIKELY / 2))  # standard deviations of a normal number
 _LIMITS = special.chdtri(np.arange(1, _LAGS + 1), UNLIKELY)  # of χ² by degrees of freedom
 
@@ -23,24 +23,26 @@ Number = Float[AnyArray, ""]
 
 
 class ResidualDiagnostics(eqx.Module):
-    """What the residuals of a fit look like beside independent normal noise of one size.
+    """Comparison of a fit's residuals with independent normal noise of constant variance.
 
-    - `autocorrelation`: at lags 1, 2, ... [1].
-    - `band`: within which 95 % of the autocorrelations of independent residuals lie [1].
-    - `portmanteau`: Ljung and Box's sum of squares of the autocorrelations [1].
-    - `portmanteau_limit`: what that of independent residuals exceeds once in a thousand times.
-    - `correlated`: probability that independent residuals are as correlated (Ljung and Box).
-    - `runs`, `runs_expected`: of one sign; fewer than expected where residuals hang together.
+    All limits are at the significance level 0.001.
+
+    - `autocorrelation`: autocorrelations at lags 1, 2, ... [1].
+    - `band`: half-width of the band with 95 % of the autocorrelations of independent residuals [1].
+    - `portmanteau`: the statistic of Ljung and Box, n (n + 2) Σ ρₖ²/(n − k) [1].
+    - `portmanteau_limit`: its limit for independent residuals.
+    - `correlated`: p-value of the test of Ljung and Box.
+    - `runs`, `runs_expected`: number of runs of one sign; fewer than expected if residuals are
+      positively correlated.
     - `runs_deviation`: their difference in standard deviations (Wald and Wolfowitz).
-    - `runs_limits`: from where to where independent residuals lie but once in a thousand times.
+    - `runs_limits`: limits of the number of runs of independent residuals.
     - `skewness`, `excess_kurtosis`: zero for normal residuals [1].
-    - `abnormal`: probability that normal residuals have such a skewness and kurtosis (Jarque and
-      Bera).
-    - `skewed_chance`, `tailed_chance`: with each of the two alone.
-    - `after_impacts`: rms in the first quarter of the time after each impact, over that of all
-      residuals; zero where there is no sample [1].
-    - `after_impacts_chance`: probability that residuals like all the others, as correlated and with
-      as long tails, are as large there.
+    - `abnormal`: p-value of the test of Jarque and Bera for normality.
+    - `skewed_chance`, `tailed_chance`: p-values with skewness or kurtosis alone.
+    - `after_impacts`: rms in the first quarter of the time after each impact, divided by that of
+      all residuals; zero if there is no sample [1].
+    - `after_impacts_chance`: p-value of that ratio, for residuals with the autocorrelation and
+      kurtosis of the record.
     """
 
     autocorrelation: Float[AnyArray, " lags"]
@@ -62,55 +64,49 @@ class ResidualDiagnostics(eqx.Module):
 
     @property
     def uncorrelated(self) -> Bool[AnyArray, ""]:
-        """Whether the autocorrelations are those of independent residuals, but once in a thousand
-        times.
-        """
+        """True if the test of Ljung and Box does not reject independence, at the level 0.001."""
         return self.portmanteau <= self.portmanteau_limit
 
     @property
     def as_many_runs(self) -> Bool[AnyArray, ""]:
-        """Whether there are as many runs of one sign as of independent residuals, but once in a
-        thousand times.
-        """
+        """True if the runs test does not reject independence, at the level 0.001."""
         low, high = self.runs_limits
         runs = self.runs.astype(low.dtype)
         return (low <= runs) & (runs <= high)
 
     @property
     def independent(self) -> Bool[AnyArray, ""]:
-        """Whether neither test speaks against independence, at one in a thousand each."""
+        """True if neither test rejects independence, at the level 0.001 each."""
         return self.uncorrelated & self.as_many_runs
 
     @property
     def normal(self) -> Bool[AnyArray, ""]:
-        """Whether skewness and kurtosis are those of normal residuals, but once in a thousand
-        times.
-        """
+        """True if the test of Jarque and Bera does not reject normality, at the level 0.001."""
         return self.abnormal >= UNLIKELY
 
     @property
     def skewed(self) -> Bool[AnyArray, ""]:
-        """Whether the skewness alone says that the residuals are not normal."""
+        """True if the skewness alone rejects normality."""
         return self.skewed_chance < UNLIKELY
 
     @property
     def tailed(self) -> Bool[AnyArray, ""]:
-        """Whether the kurtosis alone says that the residuals are not normal."""
+        """True if the kurtosis alone rejects normality."""
         return self.tailed_chance < UNLIKELY
 
     @property
     def larger_after_impacts(self) -> Bool[AnyArray, " impacts"]:
-        """After which impacts the residuals are larger than elsewhere, but once in a thousand
-        records.
+        """True for each impact after which the residuals are significantly larger than elsewhere,
+        at the level 0.001 divided by the number of impacts.
         """
         chance = self.after_impacts_chance
         count = namespace(chance).maximum((self.after_impacts > 0).sum(), 1)
         return chance < UNLIKELY / count.astype(chance.dtype)
 
 
-@np.errstate(all="ignore")  # as JAX computes, without a warning
+@np.errstate(all="ignore")  # no warnings, as in JAX
 def residual_diagnostics(estimate: Estimate) -> ResidualDiagnostics:
-    """What the residuals of a single fit look like. Works under `jit` and `vmap`.
+    """Tests of the residuals of a single fit. Works under `jit` and `vmap`.
 
     Source: Ljung & Box, Biometrika 65, 297 (1978); Wald & Wolfowitz, Ann. Math. Stat. 11, 147
     (1940); Jarque & Bera, Econ. Lett. 6, 255 (1980).
@@ -155,8 +151,8 @@ def residual_diagnostics(estimate: Estimate) -> ResidualDiagnostics:
 
 
 def _runs(left: Residuals, valid: Valid) -> tuple[Int[AnyArray, ""], Number, Number, Number]:
-    """Runs of one sign, how many are expected, the difference in standard deviations, and how large
-    it may be.
+    """Number of runs of one sign, its expectation, their difference in standard deviations, and
+    the largest difference that is not significant.
     """
     xp = namespace(left)
     first = xp.argsort(~valid, stable=True)
@@ -171,7 +167,8 @@ def _runs(left: Residuals, valid: Valid) -> tuple[Int[AnyArray, ""], Number, Num
 
 
 def _independent_share(rho: Float[AnyArray, " lags"], kurtosis: Number) -> Number:
-    """How many independent normal squares one of the residuals stands for in a mean of squares.
+    """Effective share of independent residuals in a mean of squares:
+    1/((1 + 2 Σ ρₖ²)(1 + κ/2)) with the excess kurtosis κ.
 
     Source: the variance of a sum of correlated squares, Bartlett, J. R. Stat. Soc. Suppl. 8, 27
     (1946).
@@ -182,7 +179,9 @@ def _independent_share(rho: Float[AnyArray, " lags"], kurtosis: Number) -> Numbe
 def _after_impacts(
     estimate: Estimate, left: Residuals, valid: Valid
 ) -> tuple[Float[AnyArray, " impacts"], Float[AnyArray, " impacts"]]:
-    """Residuals just after each impact over those of all, and of how many samples."""
+    """Rms of the residuals just after each impact, divided by that of all, and the number of
+    samples there.
+    """
     xp = namespace(left)
     recording, log = estimate.problem.recording, estimate.impacts
     rms = xp.where(estimate.rms > 0, estimate.rms, 1.0)

@@ -1,4 +1,4 @@
-"""How well a learned restitution is known, speed by speed."""
+"""Standard errors of a learned restitution as a function of speed."""
 
 import equinox as eqx
 import jax
@@ -9,7 +9,7 @@ from impactjax._fit.learned import Learned
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._parameter import as_parameter
 
-_ABSENT = 1e-6  # of a derivative: rounding
+_ABSENT = 1e-6  # relative size of a derivative that counts as rounding
 
 Curve = Float[Array, " speeds"]
 
@@ -17,16 +17,15 @@ Curve = Float[Array, " speeds"]
 def restitution_band(learned: Learned, speeds: ArrayLike) -> tuple[Curve, Curve]:
     """Restitution of a learned law at some approach speeds, and its standard error there.
 
-    The error is √(aᵀ C a), with a the derivatives of r(v) by all that was learned and C their
-    covariance from the Jacobian of the residuals and what `noise` assumes of them. It does not know
-    that r must not rise, and is infinite outside the speeds of the impacts, and where nothing in
-    the recording tells what was learned. That the law has too few speeds to follow the truth it
-    cannot tell.
+    The error is √(aᵀ C a), with the derivatives a of r(v) by all learned numbers and their
+    covariance C from the Jacobian of the residuals and the `noise` model. It ignores that r cannot
+    rise with speed. It is infinite outside the speeds of the impacts, and if the recording does not
+    determine r(v). It does not include the bias of a law with too few nodes.
 
     **Arguments:**
 
-    - `learned`: what `learn` found, with an impact law at the lower stop.
-    - `speeds`: shape (speeds,) [m/s].
+    - `learned`: result of `learn`, with an impact law at the lower stop.
+    - `speeds`: approach speeds, shape (speeds,) [m/s].
 
     **Raises** `ValueError` if there is no impact law at the lower stop.
     """
@@ -54,7 +53,7 @@ def _band(learned: Learned, speeds: Curve) -> tuple[Curve, Curve]:
 
 
 def _errors(learned: Learned, slopes: Float[Array, "speeds numbers"]) -> Curve:
-    """Standard errors of what depends by some slopes on what was learned."""
+    """Standard errors of functions of the learned numbers, from their derivatives."""
     problem = learned.task.problem
     root = jnp.sqrt(problem.loss.weight(learned.residuals))
     jacobian, residuals = root[:, None] * learned.jacobian, root * learned.residuals

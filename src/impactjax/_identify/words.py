@@ -1,4 +1,4 @@
-"""Directions in parameter space as products of powers, in words."""
+"""Directions in parameter space in words, as products of powers."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -10,24 +10,24 @@ import numpy as np
 from impactjax._identify.directions import Directions
 from impactjax._identify.information import Information
 
-_DETERMINED = 0.5  # relative standard error; beyond it, 95 % of a normal law reach zero
-_WORTH = 1.5  # by how much the error may grow for the sake of a simpler combination
-_WELL = 0.01  # relative standard error that is good enough for one
-_PRESENT = 0.1  # of the largest exponent: worth a mention
+_DETERMINED = 0.5  # relative standard error at which a 95 % interval reaches zero
+_WORTH = 1.5  # factor by which the error may grow for a simpler combination
+_WELL = 0.01  # relative standard error up to which a simpler combination is always accepted
+_PRESENT = 0.1  # ratio to the largest exponent below which a parameter is not mentioned
 _RATIOS = sorted({Fraction(a, b) * s for a in (1, 2, 3) for b in (1, 2, 3) for s in (-1, 1)})
-_CLOSE = 0.1  # relative, of an exponent to a simple ratio
+_CLOSE = 0.1  # relative difference within which an exponent is rounded to a simple ratio
 
 Exponents = dict[str, float]
 
 
 class Finding(NamedTuple):
-    """One combination of parameters, and whether the data tell it.
+    """One combination of parameters and its error.
 
-    - `combination`: "c/k" if it is told; else what is free, "k at fixed c/k".
-    - `exponents`: of the direction it stands for, of length one.
+    - `combination`: "c/k" if it is determined; else the free direction, "k at fixed c/k".
+    - `exponents`: exponents of the direction that it approximates, of length one.
     - `relative_error`: standard error of the combination [1].
-    - `determined`: whether that is less than a half.
-    - `amount`: the error in words, "to 0.3 %"; nothing if there is no end to it.
+    - `determined`: true if that is less than a half.
+    - `amount`: the error in words, "to 0.3 %"; empty if it is infinite.
     """
 
     combination: str
@@ -38,14 +38,14 @@ class Finding(NamedTuple):
 
 
 def findings(information: Information) -> list[Finding]:
-    """What the data tell and what they do not, the best determined first."""
+    """Determined and undetermined combinations of parameters, the best determined first."""
     found = information.directions
     rows = zip(np.asarray(found.exponents), np.asarray(found.errors), strict=True)
     return [_finding(information, found, row, float(error)) for row, error in rows]
 
 
 def coupling(information: Information) -> str:
-    """What the data tell and what they do not, in a sentence; empty if no model was asked for."""
+    """Determined and undetermined combinations in a sentence; empty without model parameters."""
     found = findings(information)
     told = [f"{each.combination} {each.amount}" for each in found if each.determined]
     open_ = [f"{each.combination} {each.amount}".rstrip() for each in found if not each.determined]
@@ -78,15 +78,15 @@ def _finding(information: Information, found: Directions, row: np.ndarray, error
 
 
 def _are_powers(information: Information, names: Iterable[str]) -> bool:
-    """Whether steps of parameters are steps of their logarithms: none may be negative, or counts
-    in units of its error because it is next to nothing.
+    """True if steps of the parameters are steps of their logarithms: all are positive, and none is
+    so small that it is scaled by its error.
     """
     at = [information.names.index(name) for name in names]
     return all(information.positive[i] for i in at) and _is_own_size(information, at)
 
 
 def _has_size(information: Information, exponents: Exponents) -> bool:
-    """Whether what moves the most along a direction counts in units of its own value."""
+    """True if the parameter with the largest exponent is scaled by its own value."""
     lead = max(exponents, key=lambda name: abs(exponents[name]))
     return _is_own_size(information, [information.names.index(lead)])
 
@@ -97,8 +97,12 @@ def _is_own_size(information: Information, at: list[int]) -> bool:
 
 
 def _simplest(found: Directions, row: np.ndarray, error: float) -> np.ndarray:
-    """The simplest exponents whose product is determined about as well as the direction itself,
-    or well enough; the largest is one.
+    """The simplest exponents whose product is determined about as well as the direction itself, or
+    to 1 %; the largest is one.
+
+    Example: (0.70, −0.71) for (c, k) becomes (1, −1), so "c/k", if the error of c/k is at most 1.5
+    times that of the direction. Few parameters are tried before many, simple ratios before decimal
+    numbers.
     """
     large = np.abs(row) > 0.99 * np.abs(row).max()
     exact = row / row[np.flatnonzero(large)[-1]]
@@ -115,7 +119,7 @@ def _simplest(found: Directions, row: np.ndarray, error: float) -> np.ndarray:
 
 
 def _as_ratio(exponent: float) -> float:
-    """The nearest simple ratio, if it is close; two digits otherwise."""
+    """The nearest simple ratio, if it is close; else the exponent to two digits."""
     nearest = float(min(_RATIOS, key=lambda ratio: abs(exponent - ratio)))
     close = abs(exponent - nearest) < _CLOSE * abs(nearest)
     return nearest if close else _two_digits(exponent)
@@ -126,7 +130,9 @@ def _two_digits(exponent: float) -> float:
 
 
 def _free(information: Information, exponents: Exponents) -> str:
-    """What may change along a direction without the data noticing: "k at fixed c/k"."""
+    """An undetermined direction in words: the parameter that varies, and the combinations that
+    stay, "k at fixed c/k".
+    """
     largest = max(abs(w) for w in exponents.values())
     lead = next(name for name, w in exponents.items() if abs(w) > 0.99 * largest)
     others = {
@@ -166,8 +172,8 @@ def _power(name: str, exponent: float) -> str:
 
 
 def _sum(information: Information, weights: Exponents) -> tuple[str, str]:
-    """A sum in natural units, where a parameter may be negative: "r0 - 0.62 alpha"; and what leads
-    it.
+    """A sum in natural units, for parameters that may be negative: "r0 - 0.62 alpha"; and the
+    parameter with the largest weight.
     """
     lead = max(weights, key=lambda name: abs(weights[name]))
     scale = dict(zip(information.names, np.asarray(information.scale).tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""A base that shakes."""
+"""Motion of the base on which an oscillator and its stops stand."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,17 +13,18 @@ from impactjax._types import AngularFrequency, Length, Ratio, Time
 
 
 class HarmonicMotion(eqx.Module):
-    """A base that moves by amplitude · sin(frequency t + phase), and the stops with it.
+    """Harmonic motion of the base and the stops: amplitude · sin(frequency t + phase).
 
-    The oscillator's coordinate is counted from the moving base, where the motion acts as the force
-    of inertia: amplitude · frequency² sin(frequency t + phase) per unit of mass. Source: Carter
-    (2005), 2.10, whose text has a cosine where its equation has a sine.
+    The oscillator's coordinate is relative to the moving base. In this frame the motion acts as a
+    force of inertia, amplitude · frequency² sin(frequency t + phase) per unit of mass.
+
+    Source: Carter (2005), 2.10, whose text has a cosine where its equation has a sine.
 
     **Arguments:**
 
-    - `amplitude`: [m].
+    - `amplitude`: A [m].
     - `frequency`: Ω [rad/s].
-    - `phase`: [rad].
+    - `phase`: φ [rad].
     """
 
     amplitude: Length = eqx.field(

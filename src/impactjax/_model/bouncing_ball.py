@@ -22,16 +22,16 @@ from impactjax._types import (
 
 
 class BouncingBall(AbstractOscillator):
-    """A ball in uniform gravity, x upwards from the floor, with drag and on a shaker if given:
+    """A ball in uniform gravity, with x upwards from the floor, optional drag and optional shaking:
 
     x″ = −gravity − drag |x′| x′ + A Ω² sin(Ω t + φ).
 
     **Arguments:**
 
-    - `gravity`: [m/s²].
-    - `mass`: [kg].
-    - `drag`: of the air, quadratic in speed: half its density times the ball's drag area over its
-      mass [1/m]; left out of the physics if `None`.
+    - `gravity`: acceleration of free fall [m/s²].
+    - `mass`: mass [kg].
+    - `drag`: quadratic air drag: half the density of air times the ball's drag area, divided by its
+      mass [1/m]; no drag if `None`.
     - `base`: upward motion of the floor; none if `None`.
 
     **Raises** `ValueError` for drag together with a moving floor, where the speed relative to the

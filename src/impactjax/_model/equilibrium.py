@@ -1,4 +1,4 @@
-"""From which equilibrium the angle of a pendulum is counted."""
+"""Equilibrium from which the angle of a pendulum is counted."""
 
 import abc
 
@@ -9,22 +9,22 @@ from impactjax._types import Coordinate, Ratio
 
 
 class AbstractEquilibrium(eqx.Module):
-    """Where a pendulum's angle is zero."""
+    """Position at which a pendulum's angle is zero."""
 
     @abc.abstractmethod
     def pull(self, position: Coordinate) -> Ratio:
-        """What gravity does, in units of ω_n²: the acceleration towards the equilibrium [1]."""
+        """Acceleration by gravity towards the equilibrium, divided by ω_n² [1]."""
 
 
 class Hanging(AbstractEquilibrium):
-    """Below the pivot; gravity brings the pendulum back: sin θ."""
+    """Equilibrium below the pivot, to which gravity returns the pendulum: sin θ."""
 
     def pull(self, position: Coordinate) -> Ratio:
         return jnp.sin(position)
 
 
 class Inverted(AbstractEquilibrium):
-    """Above the pivot; gravity drives the pendulum away: −sin θ."""
+    """Equilibrium above the pivot, from which gravity drives the pendulum away: −sin θ."""
 
     def pull(self, position: Coordinate) -> Ratio:
         return -jnp.sin(position)

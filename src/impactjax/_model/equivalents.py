@@ -1,4 +1,4 @@
-"""What one impact comes to."""
+"""Outcome of one impact: restitution, duration, depth, force and energy loss."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -7,13 +7,13 @@ from impactjax._types import Energy, Force, Length, Mass, Ratio, Speed, Time
 
 
 class Equivalents(eqx.Module):
-    """What one impact at a speed comes to if nothing but the contact acts; each of the speed's
-    shape.
+    """Outcome of one impact at a given speed, if no force but that of the contact acts. All values
+    have the shape of the speed.
 
-    - `restitution`: separation speed over approach speed [1].
-    - `duration`: of the contact [s]; infinite if the mass does not come back.
-    - `deepest_penetration`: [m].
-    - `peak_force`: [N].
+    - `restitution`: separation speed divided by approach speed [1].
+    - `duration`: duration of the contact [s]; infinite if the mass does not come back.
+    - `deepest_penetration`: greatest penetration [m].
+    - `peak_force`: greatest force [N].
     - `energy_lost`: kinetic energy before minus after [J].
     """
 
@@ -27,6 +27,6 @@ class Equivalents(eqx.Module):
 def equivalents(
     speed: Speed, mass: Mass, restitution: Ratio, duration: Time, deepest: Length, peak: Force
 ) -> Equivalents:
-    """Equivalents from what is needed to know them."""
+    """Equivalents, with the energy loss m v² (1 − r²)/2, broadcast to one shape."""
     lost = mass * speed**2 * (1 - restitution**2) / 2
     return Equivalents(*jnp.broadcast_arrays(restitution, duration, deepest, peak, lost))

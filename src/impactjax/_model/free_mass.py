@@ -1,4 +1,4 @@
-"""A mass with nothing but the contact, which makes closed forms exact tests."""
+"""A mass without any force in flight, for which closed forms of an impact are exact."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -9,7 +9,7 @@ from impactjax._types import Coordinate, CoordinateAcceleration, CoordinateRate,
 
 
 class FreeMass(AbstractOscillator):
-    """A mass that no force acts on in flight: x″ = 0.
+    """A mass on which no force acts in flight: x″ = 0.
 
     **Arguments:**
 

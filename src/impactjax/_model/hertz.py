@@ -59,5 +59,5 @@ class Hertz(AbstractMemorylessLaw):
         return self.k * power(penetration, 1.5)
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
-        """What an impact at a speed [m/s] of a mass [kg] comes to, in closed form."""
+        """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         return separable_equivalents(self.k, jnp.zeros_like(self.k), 1.5, speed, mass)

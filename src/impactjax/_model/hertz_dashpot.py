@@ -21,7 +21,7 @@ class HertzDashpot(AbstractMemorylessLaw):
 
     - `k`: stiffness [N/m^{3/2}].
     - `c`: damping [N s/m].
-    - `separation`: when the contact ends.
+    - `separation`: rule for the end of the contact.
     """
 
     k: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N/m^1.5", above=0))

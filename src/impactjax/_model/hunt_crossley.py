@@ -41,7 +41,7 @@ class HuntCrossley(AbstractMemorylessLaw):
     ) -> "HuntCrossley":
         """The law with a given coefficient of restitution at a speed [m/s].
 
-        **Raises** `ValueError` for an r above 1, and at 0 or below, where no finite damping leads.
+        **Raises** `ValueError` for r above 1, or at most 0, which no finite damping gives.
         """
         require_restitution(r, zero=False)
         return HuntCrossley(k, restitution_damping(r, speed), n)
@@ -51,5 +51,5 @@ class HuntCrossley(AbstractMemorylessLaw):
         return power_force(penetration, rate, self.k, self.k * self.c, self.n, self.n, 1)
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
-        """What an impact at a speed [m/s] of a mass [kg] comes to, in closed form."""
+        """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         return separable_equivalents(self.k, self.c, self.n, speed, mass)

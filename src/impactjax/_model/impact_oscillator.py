@@ -15,9 +15,9 @@ class ImpactOscillator(eqx.Module):
 
     **Arguments:**
 
-    - `oscillator`: what moves.
-    - `lower`: the stop below, if any.
-    - `upper`: the stop above, if any.
+    - `oscillator`: equation of motion in free flight.
+    - `lower`: stop below; none if `None`.
+    - `upper`: stop above; none if `None`.
     """
 
     oscillator: AbstractOscillator = eqx.field(
@@ -31,7 +31,7 @@ class ImpactOscillator(eqx.Module):
     )
 
     def parts(self) -> dict[str, eqx.Module]:
-        """All that has parameters, by where it is."""
+        """All parts with parameters, by their path."""
         found: dict[str, eqx.Module] = {"oscillator": self.oscillator}
         for field in dataclasses.fields(self.oscillator):
             part = getattr(self.oscillator, field.name)
@@ -43,7 +43,7 @@ class ImpactOscillator(eqx.Module):
         return found
 
     def requirements(self) -> list[Requirement]:
-        """What the parameters of all parts must satisfy."""
+        """Conditions on the parameters of all parts."""
         own = [each for part in self.parts().values() for each in range_requirements(part)]
         if self.lower is not None and self.upper is not None:
             apart = self.lower.gap + self.upper.gap > 0

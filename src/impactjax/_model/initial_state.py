@@ -1,4 +1,4 @@
-"""State of the coordinate where a run starts."""
+"""Initial state of a simulation."""
 
 import math
 
@@ -12,11 +12,11 @@ from impactjax._types import Coordinate, CoordinateRate
 
 
 class InitialState(eqx.Module):
-    """Where a run starts.
+    """Initial state of a simulation.
 
     **Arguments:**
 
-    - `position`: the coordinate [rad] or [m].
+    - `position`: coordinate [rad] or [m].
     - `velocity`: its rate [rad/s] or [m/s].
     """
 
@@ -27,7 +27,7 @@ class InitialState(eqx.Module):
 
 
 def check_angle(oscillator: AbstractOscillator, initial: InitialState) -> None:
-    """Raises `ValueError` for the angle of a pendulum, if it is known, that looks like degrees."""
+    """Raises `ValueError` for a known initial angle above 2π, which looks like degrees."""
     if not oscillator.is_angle() or isinstance(initial.position, Tracer):
         return
     farthest = float(np.max(np.abs(np.asarray(initial.position)), initial=0.0))

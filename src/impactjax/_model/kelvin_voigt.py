@@ -32,7 +32,7 @@ class KelvinVoigt(AbstractMemorylessLaw):
 
     - `omega0`: natural frequency during contact, ω0² = k / m [rad/s].
     - `gamma`: damping ratio during contact, 2 γ ω0 = c / m [1].
-    - `separation`: when the contact ends.
+    - `separation`: rule for the end of the contact.
     """
 
     omega0: AngularFrequency = eqx.field(
@@ -47,8 +47,8 @@ class KelvinVoigt(AbstractMemorylessLaw):
     ) -> "KelvinVoigt":
         """The law with a given coefficient of restitution, at every speed.
 
-        **Raises** `ValueError` for an r above 1 or below 0; at 0, where γ = 1, with separation at
-        zero force, too, which comes to 0 for no finite damping.
+        **Raises** `ValueError` for r above 1 or below 0. r = 0 is γ = 1 with separation at zero
+        penetration; with separation at zero force it raises too, since no finite damping gives it.
         """
         without_pull = isinstance(separation, AtZeroForce)
         require_restitution(r, zero=not without_pull)
@@ -60,7 +60,7 @@ class KelvinVoigt(AbstractMemorylessLaw):
         return mass * self.omega0 * (self.omega0 * penetration + 2 * self.gamma * rate)
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
-        """What an impact at a speed [m/s] of a mass [kg] comes to, in closed form."""
+        """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         v, m = as_parameter(speed), as_parameter(mass)
         return kelvin_voigt_equivalents(self.omega0, self.gamma, self.separation, v, m)
 

@@ -1,4 +1,4 @@
-"""Kelvin-Voigt contact whose damping is set at each impact from its speed."""
+"""Kelvin-Voigt contact whose damping depends on the approach speed of each impact."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -49,6 +49,6 @@ class KelvinVoigtLinearRestitution(AbstractForceLaw):
         return jnp.zeros_like(internal)
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
-        """What an impact at a speed [m/s] of a mass [kg] comes to, in closed form."""
+        """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         v, m = as_parameter(speed), as_parameter(mass)
         return kelvin_voigt_equivalents(self.omega0, self.touch(v, m), self.separation, v, m)

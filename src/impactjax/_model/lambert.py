@@ -1,8 +1,8 @@
 """The function z(s) with z − ln(1 + z) = s²/2 and the sign of s.
 
-It is both real branches of Lambert's W, z = −1 − W(−exp(−1 − s²/2)) with W₋₁ for s > 0 and W₀ for
-s < 0, but smooth where they meet and where W itself loses half its digits. With l = ln(1 + z) it
-reads eˡ − 1 − l = s²/2, that is l² φ₂(l) = s²/2.
+It combines the real branches of Lambert's W, z = −1 − W(−exp(−1 − s²/2)) with W₋₁ for s > 0 and W₀
+for s < 0. Unlike W, which loses half its digits where the branches meet, it is smooth there. With
+l = ln(1 + z) its equation reads eˡ − 1 − l = s²/2, that is l² φ₂(l) = s²/2.
 """
 
 import math

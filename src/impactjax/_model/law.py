@@ -1,4 +1,4 @@
-"""The two kinds of contact law, divided by their mathematics: a jump map, or a force."""
+"""The two kinds of contact law: a jump map of the velocity, or a force."""
 
 import abc
 
@@ -17,7 +17,7 @@ class AbstractLaw(eqx.Module):
 
     @abc.abstractmethod
     def is_rigid(self) -> bool:
-        """Whether the contact takes no time."""
+        """True if the contact takes no time."""
 
     def __check_init__(self) -> None:
         raise_if_violated(self, range_requirements(self))
@@ -35,18 +35,19 @@ class AbstractImpactLaw(AbstractLaw):
 
 
 class AbstractForceLaw(AbstractLaw):
-    """A compliant stop: a force from penetration, its rate, and a state of the law's own.
+    """A compliant stop: a force from penetration, its rate, and an internal state of the law.
 
-    The contact begins at zero penetration and ends where `separation` says.
+    The contact begins at zero penetration and ends by the rule `separation`.
     """
 
     separation: eqx.AbstractVar[AbstractSeparation]
 
     @abc.abstractmethod
     def touch(self, speed: Speed, mass: Mass) -> Internal:
-        """The internal state when contact begins at an approach speed; `()` if there is none.
+        """The internal state at the beginning of contact at an approach speed; `()` if there is
+        none.
 
-        NaN says that the law does not hold at that speed: the run ends with
+        NaN means that the law is not valid at that speed: the run then ends with
         `RESULTS.restitution_out_of_range`.
         """
 
@@ -68,13 +69,13 @@ class AbstractMemorylessLaw(AbstractForceLaw):
     """A compliant stop whose force follows from penetration and rate alone."""
 
     def touch(self, speed: Speed, mass: Mass) -> tuple[()]:
-        """No internal state."""
+        """The empty internal state."""
         del speed, mass
         return ()
 
     def internal_rate(
         self, penetration: Length, rate: Speed, internal: tuple[()], mass: Mass
     ) -> tuple[()]:
-        """No internal state."""
+        """The rate of the empty internal state."""
         del penetration, rate, mass
         return internal

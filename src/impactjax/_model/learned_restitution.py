@@ -9,7 +9,7 @@ from impactjax._model.law import AbstractImpactLaw
 from impactjax._parameter import Requirement, as_parameter, raise_if_violated
 from impactjax._types import Ratio, Speed
 
-_LEAST_SHARE = 1e-3  # a share of nothing would have no derivative and never be learned
+_LEAST_SHARE = 1e-3  # the derivative by a weight vanishes with its share
 
 Shares = Float[Array, " shares"]
 
@@ -19,20 +19,20 @@ class LearnedRestitution(AbstractImpactLaw):
 
     r(v) = 1 − w₀ − Σ wₖ Iₖ(v),        w = softmax(weights).
 
-    Iₖ rises from 0 to 1 around the kth of some speeds: it is the integral of a hat function over
-    that speed and its neighbours. So −r′ is linear between the speeds, r has a continuous slope
-    there and is constant below the first and above the last. The last of the shares w, which add up
-    to one, is what remains: r at the last speed.
+    Iₖ rises from 0 to 1 around the kth speed: it is the integral of a hat function over that speed
+    and its neighbours. So −r′ is linear between the speeds, r has a continuous slope, and r is
+    constant below the first speed and above the last. The shares w add up to one; the last of them
+    is r at the last speed.
 
-    The weights are no parameters with names, and `fit` leaves them alone; `learn` finds them.
+    The weights are not named parameters: `learn` fits them, `fit` does not.
 
     Source: monotone regression splines (I-splines of order 2), Ramsay, Statistical Science 3, 425
     (1988).
 
     **Arguments:**
 
-    - `speeds`: strictly increasing, at least two, about as far as the impacts go [m/s].
-    - `weights`: two more than speeds, of any size [1].
+    - `speeds`: at least two nodes, strictly increasing, over the range of the impacts [m/s].
+    - `weights`: two more than speeds, any real numbers [1].
 
     **Raises** `ValueError` for other speeds or another number of weights.
     """
@@ -42,13 +42,15 @@ class LearnedRestitution(AbstractImpactLaw):
 
     @staticmethod
     def like(law: AbstractImpactLaw, speeds: ArrayLike) -> "LearnedRestitution":
-        """A law near another one, to start from: each share is the fall of r from halfway to the
-        speed before to halfway to the speed after, but at least 0.001 so that all can be learned.
+        """A law close to another one, to start from.
+
+        Each share is the decrease of r between the midpoints to the neighbouring speeds, but at
+        least 0.001, so that all weights can be learned.
 
         **Arguments:**
 
-        - `law`: such as the named law that fits best.
-        - `speeds`: of the new law [m/s].
+        - `law`: impact law to approximate, such as the named law that fits best.
+        - `speeds`: nodes of the new law [m/s].
         """
         speeds = as_parameter(speeds)
         halfway = jnp.concatenate([speeds[:1], (speeds[1:] + speeds[:-1]) / 2, speeds[-1:]])

@@ -1,7 +1,7 @@
 """One impact on a linear spring and dashpot, in terms of the damping ratio γ during contact.
 
-With φ = arccos γ the solution is a damped oscillation of which each derivative is turned by π − φ.
-What happens at a phase that is a multiple of φ holds for γ ≥ 1 too, through
+With φ = arccos γ the solution is a damped oscillation, and each derivative shifts its phase by
+π − φ. Events at a phase that is a multiple of φ exist for γ ≥ 1 too; their times follow from
 A(γ) = arccos γ/√(1 − γ²) = arcosh γ/√(γ² − 1), which is smooth at γ = 1.
 """
 
@@ -32,7 +32,7 @@ def arc_ratio(gamma: Ratio) -> Ratio:
 
 
 def half_turn(gamma: Ratio) -> Ratio:
-    """π/√(1 − γ²), the time of half an oscillation times ω0; infinite for γ ≥ 1."""
+    """Duration of half an oscillation times ω0: π/√(1 − γ²); infinite for γ ≥ 1."""
     creeps = gamma >= 1
     return jnp.where(creeps, math.inf, math.pi / jnp.sqrt(1 - jnp.where(creeps, 0, gamma) ** 2))
 

@@ -21,7 +21,7 @@ from impactjax._types import (
 
 
 class LinearOscillator(AbstractSwing):
-    """A mass on a linear spring, on a base that may shake:
+    """A mass on a linear spring, with an optional motion of the base:
 
     x″ + 2 ζ ω_n x′ + ω_n² x + dry_friction sgn x′ = A Ω² sin(Ω t + φ).
 
@@ -30,7 +30,7 @@ class LinearOscillator(AbstractSwing):
     - `omega_n`: natural frequency [rad/s].
     - `zeta`: damping ratio [1].
     - `mass`: [kg].
-    - `dry_friction`: deceleration by Coulomb friction [m/s²]; left out of the physics if `None`.
+    - `dry_friction`: deceleration by Coulomb friction [m/s²]; no dry friction if `None`.
     - `base`: motion of the spring's foot and the stops; none if `None`.
     """
 

@@ -15,10 +15,10 @@ from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
 class Maxwell(AbstractForceLaw):
     """Linear spring and dashpot in series: F = m ω0² (δ − d), d′ = 2 γ ω0 (δ − d).
 
-    The internal state d is the dashpot's stroke [m], zero when contact begins. Contact ends where
+    The internal state d is the dashpot's stroke [m], zero when contact begins. Contact ends when
     the spring is slack, at a residual indentation d = 2 γ |v⁻| (1 + r)/ω0. A mass that turns back
-    inside the indentation meets the stop at d again; once it has left the indentation the stop
-    recovers, so that the next impact is at zero penetration.
+    inside the indentation meets the stop again at d. After the mass has left the indentation the
+    stop recovers, so that the next impact is at zero penetration.
 
     If no other force acts, r and duration are those of `KelvinVoigt` at zero penetration with the
     same ω0 and γ; for γ ≥ 1 the mass does not come back.
@@ -61,7 +61,7 @@ class Maxwell(AbstractForceLaw):
         return 2 * self.gamma * self.omega0 * (penetration - internal)
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
-        """What an impact at a speed [m/s] of a mass [kg] comes to, in closed form."""
+        """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         v, m = as_parameter(speed), as_parameter(mass)
         arc, turn = arc_ratio(self.gamma), half_turn(self.gamma)
         return equivalents(

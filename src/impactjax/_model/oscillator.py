@@ -1,4 +1,4 @@
-"""What moves between the impacts."""
+"""Oscillators: the equation of motion between impacts."""
 
 import abc
 from typing import TypeVar
@@ -25,9 +25,9 @@ Places = Float[np.ndarray, " places"]
 class AbstractOscillator(eqx.Module):
     """One coordinate q in free flight: q″ = acceleration(t, q, q′) − resistance(|q′|) sgn q′.
 
-    Your own needs the field and the abstract methods. The other methods, on NumPy's arrays, are
-    what a first look at a record asks, to see where a search starts; left as they are, it starts
-    from the oscillator's own values.
+    An oscillator of your own needs the field `mass` and the abstract methods. The other methods, on
+    NumPy arrays, help a first look at a record to find starting values; with their defaults a
+    search starts from the oscillator's own values.
     """
 
     mass: eqx.AbstractVar[Mass]
@@ -36,28 +36,30 @@ class AbstractOscillator(eqx.Module):
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate
     ) -> CoordinateAcceleration:
-        """Acceleration in free flight, resistance left out."""
+        """Acceleration in free flight, without resistance."""
 
     @abc.abstractmethod
     def resistance(self, speed: CoordinateRate) -> CoordinateAcceleration | None:
-        """Deceleration at a speed |q′|, whatever the direction: dry friction, quadratic drag.
+        """Deceleration at a speed |q′|, the same in both directions: dry friction, quadratic drag.
 
-        At speed zero it is what holds the mass; `None` if there is nothing of the kind.
+        Its value at speed zero is the greatest acceleration against which the mass sticks. `None`
+        if there is no such resistance.
         """
 
     @abc.abstractmethod
     def lever(self) -> Lever:
-        """Metres that the point of contact moves per unit of the coordinate."""
+        """Displacement of the point of contact [m] per unit of the coordinate."""
 
     @abc.abstractmethod
     def is_angle(self) -> bool:
-        """Whether the coordinate is an angle [rad]; otherwise it is a displacement [m]."""
+        """True if the coordinate is an angle [rad], false if it is a displacement [m]."""
 
     def natural_frequency(
         self, heights: Heights, gap: float, durations: Float[np.ndarray, " flights"]
     ) -> Float[np.ndarray, " flights"] | None:
-        """Natural frequencies that flights from the stop and back show [rad/s]; `None` if the
-        oscillator has none. Heights are distances from the stop, which is `gap` below the origin.
+        """Natural frequencies [rad/s] from heights and durations of flights from the stop and back;
+        `None` if the oscillator has none. Heights are distances from the stop, which is `gap` below
+        the origin.
         """
         del heights, gap, durations
 
@@ -67,28 +69,28 @@ class AbstractOscillator(eqx.Module):
         return self
 
     def half_period(self, height: float) -> float | None:
-        """About the time between two turns [s] of a motion up to a height above the stop; `None`
-        if the mass does not turn by itself.
+        """Approximate time between two turns [s] of a motion up to a height above the stop; `None`
+        if the mass does not turn without a stop.
         """
         del height
 
     def speed_at_stop(self, heights: Heights, gap: float) -> Heights:
-        """Speed at the stop [m/s] of a fall from rest at a height above it; 0 if it is not reached.
-        By default one that rises with the height.
+        """Speed at the stop [m/s] after a fall from rest at a height above it; 0 if the stop is not
+        reached. The default only increases with the height.
         """
         del gap
         return np.maximum(heights, 0)
 
     def restoring(self, places: Places) -> Places:
-        """The shape of the restoring acceleration, −a(q) / ω_n²."""
+        """Restoring acceleration divided by the squared natural frequency: −a(q) / ω_n²."""
         return places
 
     def free_acceleration(self, places: Places) -> Places:
-        """Acceleration in flight, friction left out."""
+        """Acceleration in flight, without friction."""
         return np.zeros_like(places)
 
     def has_equilibrium(self) -> bool:
-        """Whether the mass swings about a place of its own, whatever stops there are."""
+        """True if the mass swings about an equilibrium that does not depend on the stops."""
         return False
 
     def weight(self) -> float | None:

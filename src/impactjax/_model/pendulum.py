@@ -25,11 +25,11 @@ from impactjax._types import (
 
 
 class Pendulum(AbstractSwing):
-    """A pendulum with viscous and, if given, dry friction and a base that shakes:
+    """A pendulum with viscous friction, optional dry friction and an optional motion of its base:
 
     θ″ + 2 ζ ω_n θ′ ± ω_n² sin θ + dry_friction sgn θ′ = (A / length) Ω² sin(Ω t + φ) cos θ,
 
-    with + if the angle is counted from where it hangs and − if from upright.
+    with + if the angle is counted from the hanging position and − if from the upright one.
 
     Source: Carter (2005), 2.10; dry friction is that of Coulomb.
 
@@ -40,10 +40,10 @@ class Pendulum(AbstractSwing):
     - `length`: from the pivot to the point of contact [m]; it turns angular velocity into the
       speed at the stop. If `None`, that of a point mass on a light rod, g / ω_n².
     - `mass`: effective mass at the point of contact [kg].
-    - `dry_friction`: deceleration by Coulomb friction [rad/s²]; left out of the physics if `None`.
+    - `dry_friction`: deceleration by Coulomb friction [rad/s²]; no dry friction if `None`.
     - `base`: horizontal motion of the pivot and the stops; none if `None`.
-    - `equilibrium`: from where the angle is counted, `Hanging()` or `Inverted()`; `omega_n` and
-      `zeta` are those of the hanging pendulum in both cases.
+    - `equilibrium`: position of zero angle, `Hanging()` or `Inverted()`; `omega_n` and `zeta` are
+      those of the hanging pendulum in both cases.
     """
 
     omega_n: AngularFrequency = eqx.field(

@@ -25,21 +25,22 @@ def power_force(
 
 
 def power(x: Float[Array, "..."], exponent: Exponent) -> Float[Array, "..."]:
-    """xⁿ where x > 0 and zero elsewhere; for a plain integer n the polynomial, everywhere, and for
-    n = 0 one everywhere.
+    """xⁿ for x > 0 and zero elsewhere; for n = 0 one everywhere. If n is a Python integer, the
+    polynomial xⁿ for all x.
     """
     if isinstance(exponent, int):
         return x**exponent
-    # Contact begins at x = 0, where some derivative of xⁿ is infinite; even in a branch that is not
-    # taken it would turn gradients into NaN. Here all derivatives are zero instead. What stands in
-    # for x is small, because XLA may round x, and so decide, differently in two kernels.
+    # Contact begins at x = 0, where some derivative of xⁿ is infinite. Even in a branch that is not
+    # taken it would turn gradients into NaN, so x is replaced and all derivatives are zero there.
+    # The replacement is small, because XLA may round x differently in two kernels, so that they
+    # disagree on the branch.
     inside = x > 0
     safe = jnp.where(inside, x, jnp.finfo(x.dtype).tiny ** 0.2)
     return jnp.where(inside, safe**exponent, jnp.where(exponent == 0, 1, jnp.zeros_like(x)))
 
 
 def odd_power(x: Float[Array, "..."], exponent: Exponent) -> Float[Array, "..."]:
-    """|x|^q sgn x."""
+    """Odd power |x|^q sgn x."""
     if isinstance(exponent, int) and exponent % 2 == 1:
         return x**exponent
     return jnp.sign(x) * power(jnp.abs(x), exponent)

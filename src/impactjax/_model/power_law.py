@@ -27,7 +27,7 @@ class PowerLaw(AbstractMemorylessLaw):
     - `k`: stiffness [N/mⁿ].
     - `c`: damping [N s^q/m^(p+q)].
     - `n`, `p`, `q`: exponents of the penetration in spring and damping, and of its rate [1].
-    - `separation`: when the contact ends.
+    - `separation`: rule for the end of the contact.
     """
 
     k: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N/m^n", above=0))

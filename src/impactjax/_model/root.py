@@ -1,4 +1,7 @@
-"""Roots with exact derivatives."""
+"""Roots of equations, with exact derivatives by the implicit function theorem.
+
+For residual(x, p) = 0 it is dx/dp = −(∂residual/∂p) / (∂residual/∂x).
+"""
 
 from collections.abc import Callable
 from functools import partial
@@ -7,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PyTree
 
-_ITERATIONS = 12  # more than any use needs: Newton's method converges from one side
+_ITERATIONS = 12  # enough for all uses: Newton's method converges from one side
 
 
 def root(
@@ -30,7 +33,7 @@ def root(
 def implicit(
     residual: Callable[..., Float[Array, "..."]], found: Float[Array, "..."], parameters: PyTree
 ) -> Float[Array, "..."]:
-    """A root x of residual(x, parameters), elementwise, that was `found` as a plain number.
+    """A root x of residual(x, parameters), elementwise, whose value is `found` without derivatives.
 
     Derivatives of any order follow from the implicit function theorem.
     """

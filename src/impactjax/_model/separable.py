@@ -6,8 +6,8 @@ S = Z √(2 ψ(Z)), so that z(S) = Z:
     r = −z(−S)/Z,        k δₘⁿ⁺¹ = (n + 1) ψ(Z) m v⁻²,
     T = m v⁻ √(2 ψ(Z)) / (k δₘⁿ) ∫ (1 − x²)^(−n/(n+1)) S x/z(S x) dx over −1 < x < 1,
 
-and the force is largest where (n + 1) (ψ(Z) Z² − ψ(z) z²) = n z. Only c shows in r, and it does so
-by Z alone.
+and the force is largest where (n + 1) (ψ(Z) Z² − ψ(z) z²) = n z. The restitution r depends on Z
+alone, so it does not depend on k.
 """
 
 import functools
@@ -24,7 +24,7 @@ from impactjax._model.root import root
 from impactjax._parameter import as_parameter
 from impactjax._types import Force, InverseSpeed, Mass, Ratio, Speed
 
-_SPACING, _REACH = 1 / 24, 132  # of the tanh-sinh rule: T to 1e-12 for Z up to 50, n up to 9
+_SPACING, _REACH = 1 / 24, 132  # tanh-sinh rule: T to 1e-12 for Z up to 50, n up to 9
 
 
 @eqx.filter_jit
@@ -34,7 +34,7 @@ def separable_equivalents(
     """Equivalents of an impact on F = k δⁿ (1 + c δ′)."""
     n, v, m = as_parameter(n), as_parameter(speed), as_parameter(mass)
     z = c * v
-    energy = 2 * psi(z)  # lost by compression alone, as a fraction of its value for c = 0
+    energy = 2 * psi(z)  # energy stored at greatest compression, relative to that for c = 0
     deepest = ((n + 1) * m * v**2 * energy / (2 * k)) ** (1 / (n + 1))
     duration = m * v * jnp.sqrt(energy) / (k * deepest**n) * _passage(z * jnp.sqrt(energy), n)
     peak = _peak(k, z, n, v, m)
@@ -42,7 +42,7 @@ def separable_equivalents(
 
 
 def separable_restitution(z: Ratio) -> Ratio:
-    """Restitution r(Z)."""
+    """Coefficient of restitution r(Z)."""
     root_energy = jnp.sqrt(2 * psi(z))
     return root_energy * z_over_s(-z * root_energy)
 
@@ -59,7 +59,7 @@ def _inverse_residual(z: Ratio, r: Ratio) -> Ratio:
 
 
 def _peak(k: Coefficient, z: Ratio, n: Ratio, v: Speed, m: Mass) -> Force:
-    """The largest force; with η = z/Z² its condition holds its digits down to Z = 0."""
+    """The largest force. Its condition is solved for η = z/Z², without loss of digits at Z = 0."""
     half = psi(z)
     share = root(_peak_residual, (n + 1) * half / n, (z, half, n))
     return k * (n * m * v**2 * share / k) ** (n / (n + 1)) * (1 + z**2 * share)
@@ -71,7 +71,11 @@ def _peak_residual(share: Ratio, parameters: tuple[Ratio, Ratio, Ratio]) -> Rati
 
 
 def _passage(s: Ratio, n: Ratio) -> Ratio:
-    """∫ (1 − x²)^(−n/(n+1)) s x/z(s x) dx over −1 < x < 1, by the tanh-sinh rule."""
+    """Integral ∫ (1 − x²)^(−n/(n+1)) s x/z(s x) dx over −1 < x < 1, by the tanh-sinh rule.
+
+    Source: H. Takahasi and M. Mori (1974), "Double exponential formulas for numerical integration",
+    Publications of RIMS 9, 721.
+    """
     x, log_of_complement, weight = (jnp.asarray(each, s.dtype) for each in _tanh_sinh())
     density = weight * jnp.exp(log_of_complement / (n[..., None] + 1))
     return jnp.sum(density / z_over_s(s[..., None] * x), axis=-1)

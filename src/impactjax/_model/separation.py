@@ -1,4 +1,4 @@
-"""When a contact ends."""
+"""Rules for the end of a compliant contact."""
 
 import equinox as eqx
 
@@ -8,17 +8,18 @@ class AbstractSeparation(eqx.Module):
 
 
 class AtZeroPenetration(AbstractSeparation):
-    """The contact ends where the penetration returns to zero (the thesis).
+    """End of contact where the penetration returns to zero (the thesis).
 
     A law with damping pulls the mass back just before that.
     """
 
 
 class AtZeroForce(AbstractSeparation):
-    """The contact ends where the force falls to zero; it never pulls.
+    """End of contact where the force falls to zero, so that it never pulls.
 
-    The mass leaves with the stop still indented. The stop has recovered when the mass has left the
-    indentation; if the mass turns back before that, contact resumes when the force would push.
+    The mass leaves while the stop is still indented. The stop has recovered when the mass has left
+    the indentation. If the mass turns back before that, contact resumes as soon as the force of the
+    law is positive.
 
     Source: Schwager & Pöschel, Granular Matter 9, 465 (2007).
     """

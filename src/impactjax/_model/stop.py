@@ -1,4 +1,4 @@
-"""Where a stop is and what it is made of."""
+"""A stop: its position and its contact law."""
 
 import equinox as eqx
 
@@ -21,7 +21,7 @@ class Stop(eqx.Module):
 
     **Arguments:**
 
-    - `law`: how the contact answers.
+    - `law`: contact law.
     - `gap`: distance from the origin to the stop, in units of the coordinate [rad] or [m].
     """
 

@@ -15,21 +15,21 @@ Own = TypeVar("Own", bound="AbstractSwing")
 
 
 class AbstractSwing(AbstractOscillator):
-    """An oscillator with a natural frequency and a damping ratio: what its records show."""
+    """An oscillator with a natural frequency and a damping ratio about an equilibrium."""
 
     omega_n: eqx.AbstractVar[AngularFrequency]
     zeta: eqx.AbstractVar[Ratio]
 
     @abc.abstractmethod
     def phase(self, heights: Heights, gap: float) -> Heights:
-        """ω_n times the duration of an undamped flight from the stop to a height and back; of a
-        whole swing if it does not reach the stop.
+        """Duration of an undamped flight from the stop to a height and back, times ω_n; that of a
+        whole swing if the stop is not reached.
         """
 
     @abc.abstractmethod
     def squared_speed(self, heights: Heights, gap: float) -> Heights:
-        """(q′ / ω_n)² at the stop after an undamped fall from rest at a height; at most 0 if it is
-        not reached.
+        """Squared speed (q′ / ω_n)² at the stop after an undamped fall from rest at a height; at
+        most 0 if the stop is not reached.
         """
 
     def natural_frequency(

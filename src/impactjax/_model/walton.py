@@ -16,7 +16,7 @@ class Walton(AbstractMemorylessLaw):
     """Linear spring with a damping that grows with penetration: F = k δ + c δ δ′.
 
     The force vanishes with the penetration and not before. Restitution falls with speed and depends
-    on λ |v⁻|, λ = c / k, alone: speeds do not tell k from c.
+    on λ |v⁻|, λ = c / k, alone: speeds alone do not determine k and c separately.
 
     Source: Walton (1992); Carter (2005), 3.23 to 3.30.
 
@@ -34,7 +34,7 @@ class Walton(AbstractMemorylessLaw):
     def from_restitution(k: ArrayLike, r: ArrayLike, speed: ArrayLike) -> "Walton":
         """The law with a given coefficient of restitution at a speed [m/s].
 
-        **Raises** `ValueError` for an r above 1, and at 0 or below, where no finite damping leads.
+        **Raises** `ValueError` for r above 1, or at most 0, which no finite damping gives.
         """
         require_restitution(r, zero=False)
         return Walton(k, as_parameter(k) * restitution_damping(r, speed))
@@ -44,5 +44,5 @@ class Walton(AbstractMemorylessLaw):
         return power_force(penetration, rate, self.k, self.c, 1, 1, 1)
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
-        """What an impact at a speed [m/s] of a mass [kg] comes to, in closed form."""
+        """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         return separable_equivalents(self.k, self.c / self.k, 1.0, speed, mass)
