@@ -1,4 +1,4 @@
-"""What the command sets for its own process: a program may, a library may not."""
+"""Settings of the command's own process, which a library must not change."""
 
 import gc
 import os
@@ -7,21 +7,21 @@ from pathlib import Path
 import jax
 
 SAFE = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000"
-"""XLA_FLAGS on a CPU: run small loops as one kernel."""
+"""XLA_FLAGS on a CPU that run small loops as one kernel."""
 
 FAST = f"{SAFE},xla_cpu_use_multi_output_fusion"
-"""And do not compute shared intermediate results again for each of their uses: several times faster
-to run and half the time to compile, but the compiler of JAX 0.10 aborts on a few programs."""
+"""XLA_FLAGS that also compute shared intermediate results only once: programs run several times
+faster and compile in half the time, but the compiler of JAX 0.10 aborts on a few of them."""
 
-_COLLECT_AFTER = 100_000  # allocations; tracing makes much and leaves little garbage
+_COLLECT_AFTER = 100_000  # allocations between collections; tracing leaves little garbage
 
 
 def prepare() -> None:
-    """Double precision and a cache of compiled programs. What the environment says is kept.
+    """Sets double precision and a cache of compiled programs, unless environment variables do.
 
-    To be called before JAX computes anything, as is the choice of XLA_FLAGS.
+    Call it before JAX computes anything.
     """
-    gc.freeze()  # what was imported stays
+    gc.freeze()  # imported modules are never garbage
     gc.set_threshold(_COLLECT_AFTER)
     home = os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache"))
     jax.config.update("jax_enable_x64", True)
@@ -32,6 +32,6 @@ def prepare() -> None:
 
 
 def compiled_programs() -> Path | None:
-    """The folder in which JAX keeps them, if it does."""
+    """The folder of JAX's cache of compiled programs; `None` without a cache."""
     folder = jax.config.values["jax_compilation_cache_dir"]
     return None if folder is None else Path(folder)

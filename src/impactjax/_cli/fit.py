@@ -1,4 +1,4 @@
-"""`impactjax fit`."""
+"""The command `impactjax fit`."""
 
 import contextlib
 import dataclasses
@@ -40,9 +40,10 @@ from impactjax._report.rows import verdict_of
 from impactjax._report.words import sentences
 from impactjax._report.write import check_absent, report_files, report_texts, write_texts
 
-_WIDTH = 120  # of a table that is not on a terminal
-_MOST_AT_ONCE = 4  # laws: a gigabyte each while they compile
+_WIDTH = 120  # columns of a table that is not printed on a terminal
+_MOST_AT_ONCE = 4  # laws in parallel; each needs a gigabyte to compile
 
+_SEED_HELP = "Random seed for scattered starts."
 _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be given several times."
 
 
@@ -64,7 +65,7 @@ def fit_command(
         typer.Option("--sidecar", metavar="FILE", help="TOML file to use instead of NAME.toml."),
     ] = None,
     seed: Annotated[
-        int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help="Of scattered starts.")
+        int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help=_SEED_HELP)
     ] = 0,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files in DIR.")] = False,
 ) -> None:
@@ -80,7 +81,7 @@ def fit_command(
       impactjax fit swing.csv
       impactjax fit swing.csv --law kelvin-voigt --law restitution --out results
       impactjax fit bounces.csv --system bouncing-ball --law restitution
-    """  # noqa: D301  Click knows the backspace as "do not wrap"
+    """  # noqa: D301  Click takes the backspace as "do not wrap"
     try:
         check_names(laws or [], system)
         oscillator = None if system is None else OSCILLATORS[system]()
@@ -92,7 +93,7 @@ def fit_command(
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
     texts: tuple[str, ...] = ()
-    if targets:  # all is made before anything is written or said
+    if targets:  # computed before anything is written or printed
         texts = report_texts(comparisons, shlex.join(["impactjax", *sys.argv[1:]]))
     for comparison in comparisons:
         _print(comparison)
@@ -123,7 +124,7 @@ def _prepared(
 
 
 def _targets(out: Path | None, force: bool) -> tuple[Path, ...]:
-    """The files to write, none of which may exist, in a folder that is made if it does not."""
+    """The files to write. Creates their folder, and raises `Refusal` if a file exists."""
     if out is None:
         return ()
     targets = report_files(out)
@@ -168,14 +169,14 @@ def _compared(prepared: Sequence[Prepared], seed: int) -> list[Comparison]:
 
 
 def _known(estimate: Estimate) -> Estimate:
-    """With what was found as NumPy's numbers, to print which compiles nothing."""
+    """The estimate with NumPy arrays, so that printing it compiles nothing."""
     return dataclasses.replace(known(estimate), problem=estimate.problem)
 
 
 @contextlib.contextmanager
 def _at_once() -> Iterator[ThreadPoolExecutor]:
-    """Threads for laws: what JAX compiles and runs leaves Python to the others. Who interrupts the
-    command does not wait for them.
+    """A pool of threads, one for each law; JAX releases the interpreter while it compiles and runs.
+    An interrupt of the command does not wait for them.
     """
     pool = ThreadPoolExecutor(min(_MOST_AT_ONCE, os.cpu_count() or 1))
     try:

@@ -27,7 +27,7 @@ def _print_version(wanted: bool) -> bool:
 
 
 _VERSION = typer.Option(
-    "--version", callback=_print_version, is_eager=True, help="Say the version."
+    "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
 )
 
 

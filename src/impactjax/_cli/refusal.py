@@ -1,4 +1,4 @@
-"""What the command line asks for and cannot have."""
+"""Errors about the command line."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from impactjax._compare.oscillators import OSCILLATORS
 
 
 class Refusal(ValueError):  # noqa: N818  it is no error of the program
-    """The command line asks for something that cannot be done; the message says what can."""
+    """Error about the command line; the message says what is possible instead."""
 
 
 def check_names(laws: Sequence[str], system: str | None) -> None:

@@ -1,4 +1,4 @@
-"""The command, tried with the fast options of the compiler first."""
+"""Second attempt of the command, without fast compiler options, if the compiler aborts."""
 
 import os
 import signal
@@ -15,10 +15,11 @@ _NOTE = (
 
 
 def attempted(command: Callable[[], None]) -> None:
-    """Runs the command in a child process with fast options; if the compiler aborts that, here
-    without them. What the environment says of XLA is kept, and then there is one attempt only.
+    """Runs the command in a child process with the fast options of XLA. If the compiler aborts the
+    child, the command runs in this process without them.
 
-    To be called before JAX computes anything.
+    If the environment sets XLA_FLAGS, they are kept and there is one attempt only. Call it before
+    JAX computes anything.
     """
     if "XLA_FLAGS" in os.environ or sys.platform == "win32":
         _run_and_leave(command)
@@ -31,7 +32,7 @@ def attempted(command: Callable[[], None]) -> None:
         os.environ["XLA_FLAGS"] = FAST
         _run_and_leave(command)
     os.close(lifeline)
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # the child is told, and this one waits
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # the child gets the signal as well
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     signal.signal(signal.SIGINT, before)
     if status != -signal.SIGABRT:
@@ -42,8 +43,8 @@ def attempted(command: Callable[[], None]) -> None:
 
 
 def _run_and_leave(command: Callable[[], None]) -> None:
-    """Runs what ends with a status, and ends this process without taking all of it to pieces first,
-    which takes a second, or waiting for its threads.
+    """Runs a command that ends with a status, and exits at once: without the interpreter's cleanup,
+    which takes a second, and without waiting for threads.
     """
     try:
         command()
@@ -56,6 +57,6 @@ def _run_and_leave(command: Callable[[], None]) -> None:
 
 
 def _end_with(lifeline: int) -> None:
-    """Ends this process when the one that holds the other end is gone, even if it was killed."""
+    """Ends this process when the process at the other end of the pipe has ended or was killed."""
     os.read(lifeline, 1)
     os._exit(1)

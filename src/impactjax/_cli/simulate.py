@@ -1,4 +1,4 @@
-"""`impactjax simulate`."""
+"""The command `impactjax simulate`."""
 
 import re
 import sys
@@ -42,14 +42,17 @@ def simulate_command(
     duration: Annotated[float, typer.Option("--duration", metavar="S", help="In seconds.")] = 1.4,
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Samples a second.")] = 1000.0,
     noise: Annotated[
-        float, typer.Option("--noise", metavar="X", help="Of the samples, in deg or mm.")
+        float, typer.Option("--noise", metavar="X", help="Noise of the samples, in deg or mm.")
     ] = 0.0,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Of the noise.")] = 0,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="N", min=0, help="Random seed for the noise.")
+    ] = 0,
     impacts: Annotated[
         bool, typer.Option("--impacts", help="Write the impact log instead of the samples.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="Instead of the standard output.")
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="Output file; standard output if omitted."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
 ) -> None:
@@ -59,7 +62,7 @@ def simulate_command(
     Examples:
       impactjax simulate --law kelvin-voigt --set omega0=727 --set gamma=0.18 --noise 0.2
       impactjax simulate --system bouncing-ball --set r=0.9 --set x0=200mm --impacts
-    """  # noqa: D301  Click knows the backspace as "do not wrap"
+    """  # noqa: D301  Click takes the backspace as "do not wrap"
     try:
         check_names([law], system)
         _check_sizes(duration, rate, noise)
@@ -85,7 +88,7 @@ def _check_sizes(duration: float, rate: float, noise: float) -> None:
 
 
 def _system(law: str, oscillator: str, settings: list[str]) -> System:
-    """The system with typical values, and those that were set."""
+    """A system with typical values, except for those that were set."""
     kind = OSCILLATORS[oscillator]()
     known = parameters(kind, [law])
     del known["t0"]  # samples start at zero

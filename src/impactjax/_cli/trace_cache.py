@@ -1,6 +1,7 @@
-"""Traced programs, kept on disk for the next process.
+"""Cache of traced programs on disk.
 
-To trace a search takes longer than to run it, and JAX keeps compiled programs only.
+Tracing an evaluation takes longer than running it, and JAX's own cache keeps compiled programs
+only.
 """
 
 import contextlib
@@ -21,23 +22,24 @@ from jax import export
 from jaxtyping import PyTree
 
 _TOOLS = ("jax", "jaxlib", "equinox", "diffrax", "numpy")
-_DIGEST = hashlib.sha256().digest_size  # bytes at the head of a file, of all that follows
+_DIGEST = hashlib.sha256().digest_size  # bytes of the digest at the beginning of a file
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
 class _Program(NamedTuple):
+    """A traced program and the structure of its result."""
+
     call: Callable[..., list]
-    example: PyTree  # of what the function returns, a number a leaf
+    example: PyTree  # with a number for each leaf
 
 
 def kept(function: Callable[P, T], folder: Path) -> Callable[P, T]:
-    """A jitted function of this package that finds its traced program in a folder, or leaves it
-    there.
+    """A jitted function of this package with its traced programs cached in a folder.
 
-    For arguments made of this package's classes alone: a digest of its code tells whether a program
-    is still right. Without a whole file of the right name the function is traced as ever.
+    Arguments may consist of this package's classes only, since a digest of the package's code is
+    part of the key. If the file is missing or damaged, the function is traced again.
     """
     programs: dict[str, _Program] = {}
 
@@ -49,14 +51,15 @@ def kept(function: Callable[P, T], folder: Path) -> Callable[P, T]:
             programs[key] = _read(path) or _written(path, function, (args, kwargs))
         program = programs[key]
         arrays = jax.tree.leaves(eqx.filter((args, kwargs), eqx.is_array))
-        found = program.call(*map(np.asarray, arrays))  # what it returned compiles nothing anew
+        # NumPy arrays, so that arrays on a device do not cause another compilation.
+        found = program.call(*map(np.asarray, arrays))
         return jax.tree.unflatten(jax.tree.structure(program.example), found)
 
     return call
 
 
 def _key(function: Callable, arguments: PyTree) -> str:
-    """All that the traced program depends on, as the name of a file."""
+    """Digest of everything that a traced program depends on, as the name of its file."""
     leaves, structure = jax.tree.flatten(arguments)
     described = [(leaf.shape, leaf.dtype) if eqx.is_array(leaf) else leaf for leaf in leaves]
     text = repr((_surroundings(), function.__qualname__, str(structure), described))
@@ -65,7 +68,7 @@ def _key(function: Callable, arguments: PyTree) -> str:
 
 @functools.cache
 def _surroundings() -> tuple:
-    """The code of this package, and what runs it."""
+    """Digest of this package's code, versions of its tools, backend and precision."""
     digest = hashlib.sha256()
     root = Path(__file__).parent.parent
     for path in sorted(root.rglob("*.py")):
@@ -75,7 +78,7 @@ def _surroundings() -> tuple:
 
 
 def _read(path: Path) -> _Program | None:
-    """The program in a file; `None` if there is none, or not a whole one."""
+    """The program in a file; `None` if the file is missing or damaged."""
     try:
         content = path.read_bytes()
     except OSError:
@@ -85,12 +88,12 @@ def _read(path: Path) -> _Program | None:
 
 
 def _loaded(body: bytes) -> _Program:
-    serialised, example = pickle.loads(body)  # ours, as are the compiled programs beside it
+    serialised, example = pickle.loads(body)  # trusted like JAX's compiled programs beside it
     return _Program(jax.jit(export.deserialize(serialised).call), example)
 
 
 def _written(path: Path, function: Callable, arguments: PyTree) -> _Program:
-    """The program of a function, written to a file if the folder lets us."""
+    """Traces a function, and writes the program to a file if the folder permits it."""
     arrays, static = eqx.partition(arguments, eqx.is_array)
     leaves, structure = jax.tree.flatten(arrays)
     example: PyTree = None
@@ -104,7 +107,7 @@ def _written(path: Path, function: Callable, arguments: PyTree) -> _Program:
 
     serialised = export.export(jax.jit(flat))(*leaves).serialize()
     body = pickle.dumps((serialised, example))
-    with contextlib.suppress(OSError):  # the next process traces again
+    with contextlib.suppress(OSError):  # then the next process traces again
         path.parent.mkdir(parents=True, exist_ok=True)
         draft = path.with_name(f"{path.name}.{os.getpid()}")
         draft.write_bytes(hashlib.sha256(body).digest() + body)

@@ -1,4 +1,4 @@
-"""The coordinate behind a record of any quantity, roughly: enough to start a search from."""
+"""Rough reconstruction of the coordinate from a record of another quantity, for a first look."""
 
 from itertools import pairwise
 
@@ -6,19 +6,19 @@ import numpy as np
 
 from impactjax._first_look.peaks import peaks
 
-_PULSE = 0.2  # of the greatest value: a contact
-_PEAKED = 4.0  # how much farther a record with contacts goes to one side than to the other
+_PULSE = 0.2  # share of the greatest value above which a sample belongs to a pulse
+_PEAKED = 4.0  # ratio of the extremes on both sides of the median above which a record is peaked
 
 
 def pulses(values: np.ndarray) -> list[tuple[int, int]]:
-    """The first sample of each pulse, and the first one after it."""
+    """Index pairs of the pulses: first sample of each, and first sample after it."""
     pushed = np.concatenate([[False], values > _PULSE * values.max(), [False]])
     edges = np.flatnonzero(np.diff(pushed.astype(int))).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def is_peaked(values: np.ndarray) -> bool:
-    """Whether a record goes much farther up than down, as the push of a stop does."""
+    """True if a record extends much farther upwards than downwards, as the force of a stop does."""
     middle = float(np.median(values))
     return float(values.max()) - middle > _PEAKED * (middle - float(values.min()))
 
@@ -28,7 +28,9 @@ def _integral(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def from_velocity(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Place by integration: above the lowest points if it leaves them suddenly, else about zero."""
+    """Position by integration of a velocity. If the velocity jumps, the lowest points are taken as
+    impacts and set to zero; otherwise the mean is zero.
+    """
     place = _integral(ts, values)
     jumps = np.diff(values)
     if not is_peaked(jumps):
@@ -40,7 +42,7 @@ def from_velocity(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def from_swing(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Place in a swing, opposite to its acceleration."""
+    """Position in a free swing from its acceleration: −a (T/2π)², with the record's period T."""
     level = values - np.mean(values)
     crossings = ts[:-1][np.diff(np.sign(level)) != 0]
     half = float(np.median(np.diff(crossings))) if crossings.size > 1 else float(ts[-1] - ts[0])
@@ -48,8 +50,8 @@ def from_swing(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def from_pulses(ts: np.ndarray, values: np.ndarray, weight: float | None) -> np.ndarray:
-    """Parabolas between the pulses of an acceleration: under a constant weight [m/s²], or with the
-    pulses' impulse.
+    """Position between the pulses of an acceleration, as parabolas: with a known constant weight
+    [m/s²], or with speeds from the impulses of the pulses.
     """
     contacts = [(begin, min(end, len(ts) - 1)) for begin, end in pulses(values)]
     place = np.zeros(len(ts))

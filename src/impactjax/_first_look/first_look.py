@@ -1,4 +1,4 @@
-"""First look at a record: what it shows of motion and contact before any fit, in NumPy."""
+"""First look at a record: estimates of motion and contact before any fit, in NumPy."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,28 +10,28 @@ from impactjax._first_look.savitzky_golay import savitzky_golay
 from impactjax._model.initial_state import InitialState
 from impactjax._model.oscillator import AbstractOscillator
 
-_PROMINENCE = 6.0  # of an extremum, in sizes of the noise
-_SHARP = 2.5  # how much faster a record leaves an impact than the top of a flight
-_NEAR = 0.05  # of the motion: nearer, the stop may be where it is said to be
+_PROMINENCE = 6.0  # least prominence of an extremum, in standard deviations of the noise
+_SHARP = 2.5  # ratio of the rise after a turn to the fall after a top above which it is an impact
+_NEAR = 0.05  # distance to the stated stop, relative to the motion, that is not significant
 _USUAL_RESTITUTION = 0.6
 _USUAL_SPEED = 0.5  # [m/s]
-_REST = 1e-6  # [m/s]; slower is no impact to speak of
-_DIFFERENT = 1e-3  # relative range of the speeds that a line needs
+_REST = 1e-6  # [m/s], speed below which an impact does not count
+_DIFFERENT = 1e-3  # least relative range of the speeds for a straight line
 _CONTACT_SAMPLES = 4  # guess of a contact's duration
 _USUAL_DAMPING = 0.003
-_RIGID = 1e3  # [rad/s], the frequency of a contact of which nothing is seen
+_RIGID = 1e3  # [rad/s], contact frequency if the record shows nothing of the contact
 
 
 class FirstLook(NamedTuple):
-    """Motion and contact as a record shows them before any fit.
+    """Estimates of motion and contact from a record, before any fit.
 
-    - `oscillator`: with estimated values.
-    - `initial`: the state at the first sample, or after the first impact of a list.
-    - `speeds`, `restitutions`: of the impacts that could be read off [m/s], [1].
-    - `contact_frequency`: a guess at the natural frequency during contact [rad/s].
-    - `swings_freely`: whether the motion passes through the place of the stop.
-    - `marks`: times of the impacts that were found, or of the extremes of a free swing [s].
-    - `elsewhere`: the coordinate at which impacts seem to happen, if the stop is clearly not there.
+    - `oscillator`: oscillator with estimated values.
+    - `initial`: state at the first sample, or after the first impact of a list.
+    - `speeds`, `restitutions`: approach speeds [m/s] and restitutions [1] of the detected impacts.
+    - `contact_frequency`: guess of the natural frequency during contact [rad/s].
+    - `swings_freely`: true if the motion passes through the position of the stop.
+    - `marks`: times of the detected impacts, or of the extremes of a free swing [s].
+    - `elsewhere`: coordinate of the detected impacts, if it clearly differs from that of the stop.
     """
 
     oscillator: AbstractOscillator
@@ -87,9 +87,9 @@ def look_at_motion(
     **Arguments:**
 
     - `ts`, `places`: times [s] and coordinates.
-    - `oscillator`: of the kind that moves; values that the record does not show are kept.
-    - `gap`: of the lower stop, which stands at −gap.
-    - `contact_duration`: of a contact [s], if it was seen.
+    - `oscillator`: oscillator that was recorded; values that the record does not show are kept.
+    - `gap`: gap of the lower stop, which stands at −gap.
+    - `contact_duration`: duration of a contact [s], if it was detected.
     """
     heights = places + gap
     smooth, noise = _smoothed(heights)
@@ -107,10 +107,10 @@ def look_at_motion(
 
 
 def look_at_flights(times: np.ndarray, oscillator: AbstractOscillator) -> FirstLook:
-    """First look at the times of impacts: restitution from the flights between them under a
-    constant weight.
+    """First look at the times of impacts. A flight of duration T under a constant weight g has the
+    speed g T / 2 at both ends, which gives the restitution of each impact.
 
-    **Raises** `ValueError` for an oscillator without one.
+    **Raises** `ValueError` for an oscillator without a constant weight.
     """
     weight = oscillator.weight()
     if weight is None:
@@ -124,7 +124,7 @@ def look_at_flights(times: np.ndarray, oscillator: AbstractOscillator) -> FirstL
 
 
 def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
-    """A smoothed record, and the size of its noise."""
+    """A smoothed record, and the standard deviation of its noise."""
     if len(values) < 16:
         return values, 0.0
     return savitzky_golay(values, 9, 2), noise_size(values)
@@ -136,7 +136,7 @@ def noise_size(values: np.ndarray) -> float:
 
 
 def _stop_seen(values: np.ndarray, smooth: np.ndarray, noise: float) -> float | None:
-    """Where a record turns back sharply, if that is clearly not at zero."""
+    """Position at which a record turns back sharply, if that is clearly not at zero."""
     turns = _turns(smooth, noise)
     if len(turns) < 2:
         return None
@@ -157,7 +157,7 @@ def _stop_seen(values: np.ndarray, smooth: np.ndarray, noise: float) -> float | 
 
 
 def _turns(smooth: np.ndarray, noise: float) -> np.ndarray:
-    """Where a record is lowest, between one flight or swing and the next."""
+    """Indices of the minima of a record, between one flight or swing and the next."""
     return peaks(-smooth, max(_PROMINENCE * noise, 0.02 * float(np.ptp(smooth))))
 
 
@@ -202,10 +202,10 @@ def _impacting(
     contact: float,
     gap: float,
 ) -> FirstLook:
-    """Frequency from the flights between impacts, restitution from their successive heights.
+    """First look at an impacting motion: frequency from the durations of the flights, restitution
+    from their successive heights.
 
-    Turns on the far side of the equilibrium that do not reach the stop are flights as well, with no
-    impact at their ends.
+    A swing that turns before it reaches the stop counts as a flight without an impact at its end.
     """
     turns = _turns(smooth, noise)
     bounds = [0, *turns.tolist(), len(smooth) - 1]
@@ -232,6 +232,6 @@ def _impacting(
 
 
 def _has_turned(smooth: np.ndarray, begin: int) -> bool:
-    """Whether the last flight of a record reaches its height."""
+    """True if the last flight of a record reaches its greatest height."""
     rest = smooth[begin:]
     return len(rest) > 4 and int(np.argmax(rest)) < len(rest) - 3

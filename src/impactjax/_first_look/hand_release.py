@@ -1,4 +1,4 @@
-"""The moment when a hand lets go of what it holds at the start of a record."""
+"""Detection of a hand that holds the mass at the start of a record, and of its release."""
 
 import numpy as np
 
@@ -6,19 +6,19 @@ from impactjax._first_look.first_look import FirstLook, noise_size
 from impactjax._first_look.savitzky_golay import savitzky_golay, weights
 from impactjax._model.gravity import STANDARD_GRAVITY
 
-_LEAST = 48  # samples, below which nothing is looked for
-_CLEAR = 0.15  # of the greatest height: farther from the stop no contact disturbs
-_HELD, _FREE = 8.0, 3.0  # unexplained accelerations, in their usual size
-_SHARE = 0.5  # of the record that a hand may take at most
-_INEXACT = 0.03  # of gravity: drag, and a scale that is a little wrong
-_FALLS = 0.5  # of gravity: less is felt in free fall
+_LEAST = 48  # least number of samples
+_CLEAR = 0.15  # height, relative to the greatest, above which no contact disturbs
+_HELD, _FREE = 8.0, 3.0  # residual acceleration with and without a hand, in usual residuals
+_SHARE = 0.5  # largest share of the record with a hand
+_INEXACT = 0.03  # allowed error of the acceleration, relative to gravity: drag, wrong scale
+_FALLS = 0.5  # proper acceleration, relative to gravity, below which the mass falls freely
 
 
 def fall(ts: np.ndarray, values: np.ndarray, valid: np.ndarray) -> tuple[float, float] | None:
-    """From when to when [s] an accelerometer that was held first shows a free fall and the landing.
+    """Begin and end [s] of the free fall and the landing of an accelerometer that was held first.
 
-    `None` if it falls from the start. What follows a landing is left out: how the thing tumbles is
-    not known.
+    `None` if it falls from the start. The motion after the landing is left out, since the body may
+    tumble.
     """
     values = np.abs(values)
     falls = (values < _FALLS * STANDARD_GRAVITY) & valid
@@ -38,13 +38,14 @@ def fall(ts: np.ndarray, values: np.ndarray, valid: np.ndarray) -> tuple[float, 
 def release(
     ts: np.ndarray, places: np.ndarray, valid: np.ndarray, look: FirstLook
 ) -> tuple[float, float] | None:
-    """From when to when [s] a coordinate obeys the equation of free motion, after a hand let go.
+    """Begin and end [s] of the free motion of a coordinate, after a hand let go.
 
-    The acceleration of a swing is regressed on the terms of that equation, robustly, so that a hand
-    that holds or pushes at first does not matter. Between impacts it is compared with the equation
-    that later flights obey. `None` if the record is free from its start, as far as can be seen, or
-    if nothing is known of its equation. A swing counts as free from its first turn after that,
-    since a hand goes away gradually.
+    The residual acceleration is that which the equation of free motion does not explain. For a free
+    swing it comes from a regression of the acceleration on the terms of the equation, trimmed so
+    that samples with a hand do not matter; for flights between impacts from the equation itself.
+    The motion is free when the residual falls to its usual size; a swing from its first turn after
+    that, since a hand lets go gradually. `None` if the record is free from its start, as far as can
+    be detected, or if its equation is not known.
     """
     half = look.oscillator.half_period(float(places.max()))
     if half is None:
@@ -84,7 +85,7 @@ def release(
 def _derivatives(
     values: np.ndarray, width: int, interval: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Smoothed values, their rate and acceleration."""
+    """Smoothed values, and their first and second time derivatives."""
     place, rate, acceleration = (
         savitzky_golay(values, width, 3, order, interval) for order in (0, 1, 2)
     )
@@ -94,9 +95,7 @@ def _derivatives(
 def _clear(
     values: np.ndarray, known: np.ndarray, look: FirstLook, width: int, margin: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where no stop, no gap and no end of the record disturbs, and what comes after the first
-    impact.
-    """
+    """Two masks: samples clear of stops, gaps and record ends; samples after the first impact."""
     from scipy import ndimage
 
     near, later = np.zeros(len(values), bool), np.ones(len(values), bool)
@@ -115,9 +114,7 @@ def _middle(values: np.ndarray, width: int) -> np.ndarray:
 
 
 def _expected(look: FirstLook, noise: float, width: int, interval: float) -> float:
-    """Size of the unexplained acceleration of a ball in flight that is due to noise, or to little
-    that was left out.
-    """
+    """Expected residual acceleration of a ball in flight, from noise and small model errors."""
     shares = weights(width, 3, 2, interval)
     inexact = _INEXACT * abs(float(look.oscillator.free_acceleration(np.zeros(1))[0]))
     return max(noise * float(np.linalg.norm(shares)), inexact)
@@ -126,7 +123,7 @@ def _expected(look: FirstLook, noise: float, width: int, interval: float) -> flo
 def _let_go(
     unexplained: np.ndarray, usual: float, clear: np.ndarray, longer: int, first: int
 ) -> int | None:
-    """The first sample of a calm stretch after a beginning that is not; `None` if there is none."""
+    """The first sample of free motion, if the record begins with a hand; else `None`."""
     from scipy import ndimage
 
     if not clear[first] or not unexplained[first] > _HELD * usual:
@@ -138,15 +135,18 @@ def _let_go(
 
 
 def _terms(look: FirstLook, place: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """What the acceleration of a swing is a sum of; a constant takes up an offset."""
+    """Regressors of the acceleration of a swing: restoring force, viscous and dry friction, and a
+    constant for an offset.
+    """
     restoring = look.oscillator.restoring(place)
     return np.stack([restoring, rate, np.sign(rate), np.ones_like(place)], axis=1)
 
 
 def _left(values: np.ndarray, terms: np.ndarray, used: np.ndarray) -> np.ndarray:
-    """What a regression leaves, everywhere, that leaves out what does not belong.
+    """Residuals, at all samples, of an outlier-trimmed regression.
 
-    It starts from the later part of what is used, where no hand is, and lets in what agrees.
+    It starts from the later half of the used samples, which are free of a hand, and then repeatedly
+    adds the samples that agree with it.
     """
     agrees = used & (np.cumsum(used) > _SHARE * np.count_nonzero(used))
     left = values

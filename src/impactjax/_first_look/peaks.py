@@ -1,4 +1,4 @@
-"""Local maxima of a record by how far they stand out."""
+"""Local maxima of a record by their prominence."""
 
 from collections.abc import Iterable, Iterator
 
@@ -6,8 +6,8 @@ import numpy as np
 
 
 def peaks(values: np.ndarray, prominence: float) -> np.ndarray:
-    """Where a record has local maxima from which it falls by at least `prominence` on both sides
-    before it gets higher or ends. A level one counts in its middle.
+    """Indices of the local maxima with at least some prominence: on both sides the record falls by
+    that much before it gets higher or ends. A plateau counts once, in its middle.
     """
     changes = np.flatnonzero(np.diff(values))
     rises = values[changes + 1] > values[changes]
@@ -22,9 +22,15 @@ def peaks(values: np.ndarray, prominence: float) -> np.ndarray:
 
 
 def _falls(heights: Iterable[float], valleys: Iterable[float]) -> Iterator[float]:
-    """How far each top is above the lowest valley since a higher one; a valley is before its top.
+    """Height of each top above the lowest valley since the last higher top.
 
-    Tops that are not higher than a later one, and their valleys, are behind that for good.
+    The stack `higher` holds the tops that are higher than all later ones, each with the lowest
+    valley before it. A new top removes the lower ones from the stack.
+
+    **Arguments:**
+
+    - `heights`: heights of the tops, in order.
+    - `valleys`: for each top, the lowest value between the previous top and it.
     """
     higher: list[tuple[float, float]] = []
     for height, valley in zip(heights, valleys, strict=True):

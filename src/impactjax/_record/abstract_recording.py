@@ -1,4 +1,4 @@
-"""Observations of a motion, whatever their kind."""
+"""The interface of recordings: observations of a motion."""
 
 import abc
 from typing import NamedTuple, TypeVar
@@ -31,9 +31,9 @@ Valid = Bool[AnyArray, " observations"]
 class Curves(NamedTuple):
     """Recorded and fitted curves of a figure.
 
-    - `at`, `recorded`, `fitted`: what to draw.
-    - `across`, `along`: names of the axes.
-    - `dense`: whether the points are so many that a line shows them.
+    - `at`, `recorded`, `fitted`: abscissa and the two ordinates.
+    - `across`, `along`: labels of the axes.
+    - `dense`: true to draw the recorded points as a line.
     """
 
     at: np.ndarray
@@ -45,9 +45,9 @@ class Curves(NamedTuple):
 
 
 class AbstractRecording(eqx.Module):
-    """Observations of one motion, each of which counts or does not.
+    """Observations of one motion, with a mask `valid` of those that count.
 
-    A fit asks it for residuals, a first look for what it shows, a figure for axes.
+    It computes residuals for a fit, first estimates for a search, and curves for a figure.
     """
 
     valid: eqx.AbstractVar[Valid]
@@ -65,21 +65,21 @@ class AbstractRecording(eqx.Module):
     @property
     @abc.abstractmethod
     def end(self) -> Number:
-        """Time of the last observation that is known [s]."""
+        """Time of the last known observation [s]."""
 
     @property
     @abc.abstractmethod
     def usual_oscillator(self) -> str:
-        """What most such records are of, by its name on the command line."""
+        """The usual oscillator of such records, by its name on the command line."""
 
     @abc.abstractmethod
     def suits(self, oscillator: AbstractOscillator) -> bool:
-        """Whether a first look can start from it with an oscillator."""
+        """True if the recording can be of an oscillator."""
 
     @property
     @abc.abstractmethod
     def observed(self) -> str:
-        """What was observed, as in a file's header."""
+        """Name of the observed quantity, as in a file's header."""
 
     @property
     @abc.abstractmethod
@@ -89,54 +89,54 @@ class AbstractRecording(eqx.Module):
     @property
     @abc.abstractmethod
     def shown(self) -> tuple[str, float]:
-        """The unit in which people read it, and the factor from SI."""
+        """Unit in figures and tables, and the factor from the SI unit."""
 
     @property
     @abc.abstractmethod
     def axis(self) -> tuple[np.ndarray, str]:
-        """Where observations stand in a figure, and what that axis is called."""
+        """Abscissa of the observations in a figure, and the label of that axis."""
 
     @property
     @abc.abstractmethod
     def observes_impacts(self) -> bool:
-        """Whether each observation is an impact; then the time of the first is found."""
+        """True if each observation is an impact. A fit then estimates the time of the first."""
 
     @property
     @abc.abstractmethod
     def shows_place(self) -> bool:
-        """Whether the coordinate itself was recorded."""
+        """True if the coordinate itself was recorded."""
 
     @abc.abstractmethod
     def curves(self, residuals: np.ndarray) -> Curves:
-        """Recorded and fitted curves, in the unit in which people read the recording."""
+        """Recorded and fitted curves, in the unit `shown`."""
 
     @abc.abstractmethod
     def check_suits(self, model: ImpactOscillator) -> None:
-        """Raises `ValueError` if a model does not have what was recorded."""
+        """Raises `ValueError` if a model does not have the recorded quantity."""
 
     @abc.abstractmethod
     def residuals(
         self, system: System, simulation: Simulation, logged: Flag | None
     ) -> tuple[Residuals, ImpactLog]:
-        """Simulated minus recorded in the SI unit, 0 if not valid, and the impact log, as far as
-        `simulate_logged` gives it.
+        """Simulated minus recorded in the SI unit, 0 if not valid; and the impact log, which is
+        zero if `logged` is false when the program runs.
         """
 
     @abc.abstractmethod
     def result(self, system: System, simulation: Simulation) -> RESULTS:
-        """What becomes of a simulation of a system over the time of the recording."""
+        """Result code of a simulation of a system over the time of the recording."""
 
     @abc.abstractmethod
     def shifted(self: Own, rows: Residuals) -> Own:
-        """The recording with so much taken from each observation: residuals grow by it."""
+        """The recording with rows subtracted from the observations; residuals grow by them."""
 
     @abc.abstractmethod
     def within(self, share: float) -> Valid:
-        """Which observations count in the first part of the time."""
+        """Mask of the observations that count in the first `share` of the time."""
 
     @abc.abstractmethod
     def truncated(self: Own, share: float) -> Own:
-        """The recording with only the observations of the first part of its time counted."""
+        """The recording with only the observations in the first `share` of the time valid."""
 
     @abc.abstractmethod
     def between(self: Own, begin: float, end: float) -> Own:
@@ -144,47 +144,52 @@ class AbstractRecording(eqx.Module):
 
     @abc.abstractmethod
     def turned(self: Own) -> Own:
-        """The recording with the other sign, where it has one."""
+        """The recording with the opposite sign, if the quantity has one."""
 
     @abc.abstractmethod
     def padded(self: Own, count: int) -> Own:
-        """The recording with observations that do not count up to a number of them: recordings of
-        one length share one compiled program.
+        """The recording padded with observations that do not count, up to a total number, so that
+        recordings of one length share a compiled program.
         """
 
     @abc.abstractmethod
     def span(self) -> tuple[float, float]:
-        """The lowest and the highest of what was observed."""
+        """The lowest and the highest observation."""
 
     @property
     @abc.abstractmethod
     def shows_fall(self) -> bool:
-        """Whether a free fall shows in it as such."""
+        """True if the recorded quantity is zero in free fall."""
 
     @abc.abstractmethod
     def variation(self) -> Scalar:
-        """Sum of the squared deviations of a recorded motion from its mean; 0 of what is none."""
+        """Sum of squared deviations of a recorded motion from its mean; 0 for impact times."""
 
     @abc.abstractmethod
     def first_look(
         self, oscillator: AbstractOscillator, gap: float = 0.0, sensor: Sensor | None = None
     ) -> FirstLook:
-        """Motion and contact as the recording shows them before any fit, for an oscillator of a
-        given kind whose known values are kept, by a sensor of known gain and offset.
+        """First estimates of motion and contact.
+
+        **Arguments:**
+
+        - `oscillator`: oscillator that was recorded; values that the record does not show are kept.
+        - `gap`: gap of the lower stop.
+        - `sensor`: known gain and offset.
         """
 
     @abc.abstractmethod
     def free_part(self, look: FirstLook) -> tuple[float, float] | None:
-        """From when to when [s] the motion is free, after a hand let go; `None` if it always is."""
+        """Begin and end [s] of the free motion after a hand let go; `None` if all is free."""
 
     @property
     def observations(self) -> Int[AnyArray, "..."]:
-        """How many observations count."""
+        """Number of observations that count."""
         return self.valid.sum(axis=-1)
 
 
 def check_list(name: str, values: Array, shape: tuple[int, ...]) -> None:
-    """Raises `ValueError` for what is no list of numbers, one for each of the times."""
+    """Raises `ValueError` for an argument that is not a list of numbers, one for each time."""
     if values.ndim != 1 or values.size == 0:
         raise ValueError(
             f"Argument `{name}` must be a list of at least one number, but its shape is "
@@ -210,7 +215,7 @@ def check_increasing(name: str, times: Array | np.ndarray) -> None:
 
 
 def counted(values: Array, valid: ArrayLike | None) -> Valid:
-    """Which values count: those that are finite, and valid if a list says which are."""
+    """Mask of the values that are finite and, if `valid` is given, valid."""
     finite = abs(plain(values)) < np.inf
     if valid is None:
         return jnp.asarray(finite)

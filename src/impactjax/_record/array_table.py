@@ -1,4 +1,4 @@
-"""From a file of named arrays to a table: NumPy, MATLAB, HDF5 and NetCDF."""
+"""Reader of files with named arrays: NumPy, MATLAB, HDF5 and NetCDF."""
 
 import struct
 import zipfile
@@ -13,7 +13,7 @@ from impactjax._record.file_error import FileError
 from impactjax._record.table import Table
 
 _Arrays = dict[str, Any]
-_DAMAGE = (  # what the readers raise for files that are damaged, or hold what they do not know
+_DAMAGE = (  # exceptions of the readers for files that are damaged or of an unknown variant
     *(OSError, ValueError, TypeError, KeyError, IndexError, EOFError, OverflowError, MemoryError),
     *(NotImplementedError, AttributeError, AssertionError, struct.error),
     *(zlib.error, zipfile.BadZipFile, RuntimeError),
@@ -23,9 +23,9 @@ _DAMAGE = (  # what the readers raise for files that are damaged, or hold what t
 def read_array_table(path: Path) -> Table:
     """The arrays of numbers in a file as columns by their names.
 
-    A unit that HDF5 or NetCDF stores beside an array becomes part of its name, `angle [deg]`; the
-    columns of a matrix `x` are `x 1`, `x 2`, ... The longest arrays of one length are the columns;
-    others are left out. Raises `FileError`.
+    A unit that HDF5 or NetCDF stores with an array becomes part of its name, `angle [deg]`. The
+    columns of a matrix `x` are called `x 1`, `x 2`, ... Arrays shorter than the longest are left
+    out. Raises `FileError`.
     """
     arrays = _arrays(path)
     columns: dict[str, np.ndarray] = {}
@@ -52,7 +52,7 @@ def _columns(name: str, array: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _arrays(path: Path) -> _Arrays:
-    """All that a file holds, by name."""
+    """All variables in a file, by name."""
     with path.open("rb") as file:
         start = file.read(8)
     is_hdf5 = start == b"\x89HDF\r\n\x1a\n" or _is_matlab_73(path)
@@ -67,7 +67,7 @@ def _arrays(path: Path) -> _Arrays:
 
 
 def _is_matlab_73(path: Path) -> bool:
-    """Whether it is a MATLAB file of the kind that is HDF5 after a header of 512 bytes."""
+    """True for a MATLAB 7.3 file, which is HDF5 after a header of 512 bytes."""
     with path.open("rb") as file:
         return file.read(520)[512:] == b"\x89HDF\r\n\x1a\n"
 
@@ -79,7 +79,7 @@ def _npz(path: Path) -> _Arrays:
 
 
 def _matlab(path: Path) -> _Arrays:
-    from scipy import io  # only who needs it waits for it
+    from scipy import io  # imported only when needed
 
     try:
         held = io.loadmat(path)

@@ -2,18 +2,19 @@
 
 import numpy as np
 
-_NEAR = 0.02  # of the level
-_SHORTEST = 3  # samples in a row
-_OVERSHOOT = 3.0  # of the motion beyond the level, in the record's smallest steps
+_NEAR = 0.02  # relative distance to the level within which a sample is clipped
+_SHORTEST = 3  # least number of consecutive samples
+_OVERSHOOT = 3.0  # least hidden motion beyond the level, in the record's smallest steps
 
 
 def clipped(values: np.ndarray, level: float | None) -> np.ndarray:
-    """Which samples show the instrument's limit instead of the quantity.
+    """Mask of the samples that show the instrument's limit instead of the quantity.
 
-    With a known level those within 2 % of it and beyond, on either side: an instrument's range is
-    a round number, and it is no longer linear just below. Otherwise those at the record's extreme,
-    if the slopes on both sides of a run of equal samples there say that the motion went on: a turn
-    that an encoder's steps made flat goes on by less than a step.
+    With a known level, these are the samples within 2 % of it or beyond, on either side: the stated
+    range of an instrument is a round number, and just below it the instrument is not linear.
+    Without one, these are the samples at the record's extremes, if there is a run of equal samples
+    whose slopes on both sides imply that the motion continued by several of the smallest steps.
+    A turn that quantisation made flat continues by less than a step.
     """
     if level is not None:
         return np.abs(values) >= (1 - _NEAR) * level
@@ -24,7 +25,7 @@ def clipped(values: np.ndarray, level: float | None) -> np.ndarray:
 
 
 def _beyond(values: np.ndarray) -> np.ndarray:
-    """All that is at the maximum, if a run there hides more than a step."""
+    """Mask of the samples at the maximum, if a run of them hides several of the smallest steps."""
     found = np.zeros(len(values), bool)
     steps = np.abs(np.diff(values))
     steps = steps[steps > 0]

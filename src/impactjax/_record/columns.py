@@ -1,4 +1,4 @@
-"""Which columns of a table hold the time and what was observed."""
+"""Columns of a table that hold the time and the observed quantity."""
 
 import re
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from impactjax._sensor.quantity import IMPACT_TIME, TIME, UNITS
 
 
 class Column(NamedTuple):
-    """A column of a file: where it is, what it holds, and the factor to SI units."""
+    """A column of a file: its position, its quantity, and the factor to SI units."""
 
     position: int
     quantity: str
@@ -27,7 +27,7 @@ def columns(table: Table, read: ReadTable) -> tuple[Column | None, Column]:
 
 
 def unused(table: Table, used: Sequence[Column | None]) -> list[str]:
-    """The headers of the columns that hold something else."""
+    """The headers of the columns that are not used."""
     positions = {column.position for column in used if column is not None}
     return [cell for i, cell in enumerate(table.header or ()) if i not in positions]
 
@@ -46,7 +46,7 @@ def _observed(table: Table, read: ReadTable) -> Column:
             f"add {USUAL_HEADER}, or describe the file under [read] in a sidecar",
         )
     names = [_name(cell) for cell in table.header]
-    if IMPACT_TIME in names:  # other columns describe the impacts
+    if IMPACT_TIME in names:  # then other columns describe the impacts
         return _parsed(table, names.index(IMPACT_TIME))
     others = [i for i, name in enumerate(names) if name != TIME]
     known = [i for i in others if names[i] in UNITS]
@@ -77,7 +77,9 @@ def _time(table: Table, read: ReadTable) -> Column | None:
 
 
 def _chosen(table: Table, column: int | str, quantity: str | None, unit: str | None) -> Column:
-    """A column that the sidecar chooses; its header says what the sidecar does not."""
+    """A column chosen by the sidecar. Quantity and unit come from its header, unless the sidecar
+    states them.
+    """
     position = _position(table, column)
     if quantity is not None and unit is not None:
         return Column(position, quantity, UNITS[quantity][unit])

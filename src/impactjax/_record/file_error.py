@@ -1,4 +1,4 @@
-"""A file that cannot be used, said in one sentence."""
+"""Errors about files, each as one sentence."""
 
 import re
 from pathlib import Path
@@ -7,9 +7,9 @@ _LONGEST = 200  # problem or remedy, in characters
 
 
 class FileError(ValueError):
-    """A file cannot be used: what is wrong with it, where, and what to do about it.
+    """Error about a file that cannot be used.
 
-    The message is one sentence with the file, the line where there is one, and the remedy.
+    The message is one sentence with the file, the line if there is one, the problem and the remedy.
     """
 
     def __init__(self, path: Path, line: int | None, problem: str, remedy: str) -> None:
@@ -18,11 +18,11 @@ class FileError(ValueError):
 
 
 def _brief(text: str) -> str:
-    """A text whose quotations from the file are short."""
+    """A text with quotations from the file shortened."""
     quoted = re.sub(r"`([^`]{40})[^`]+`", r"`\1…`", _printable(text))
     return quoted if len(quoted) <= _LONGEST else quoted[:_LONGEST] + "…"
 
 
 def _printable(text: str) -> str:
-    """A text that cannot break a line or command a terminal, whatever the file held."""
+    """A text with control characters from the file escaped."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

@@ -1,4 +1,4 @@
-"""Times of impacts."""
+"""Recording of the times of impacts."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -33,17 +33,16 @@ from impactjax._types import Flag, Scalar
 
 
 class ImpactTimes(AbstractRecording):
-    """The times of successive impacts, as heard or seen.
+    """The times of successive impacts, from a sound or another detector.
 
     **Arguments:**
 
-    - `times`: strictly increasing [s].
-    - `valid`: which of them count; all if left out. An impact that was missed has a row that does
-      not, so that those after it keep their number; NaN does not count either. The first impact is
-      one whose time is known.
+    - `times`: strictly increasing times [s]; the first must be known.
+    - `valid`: mask of the times that count; all by default. A missed impact needs a row that does
+      not count, so that later impacts keep their number. NaN does not count.
 
-    **Raises** `ValueError` for lists that are empty or not of one length, and for times that do not
-    increase.
+    **Raises** `ValueError` for lists that are empty or of different lengths, and for times that do
+    not increase.
     """
 
     times: Float[Array, " impacts"]
@@ -108,13 +107,15 @@ class ImpactTimes(AbstractRecording):
         return Curves(number, flights, fitted, "flight number", label, dense=False)
 
     def check_suits(self, model: ImpactOscillator) -> None:
-        """Impacts may happen to anything."""
+        """Accepts any model, since every model may have impacts."""
         del model
 
     def residuals(
         self, system: System, simulation: Simulation, logged: Flag | None
     ) -> tuple[Residuals, ImpactLog]:
-        """The run starts at the first impact; the others are those of its impact log."""
+        """Simulated minus recorded times. The simulation starts at the first impact; the others are
+        those of its impact log.
+        """
         del logged
         times, trajectory = self.times, self._simulated(system, simulation)
         simulated = jnp.concatenate([system.start.t0[None], trajectory.impacts.time])
@@ -178,5 +179,5 @@ class ImpactTimes(AbstractRecording):
         return look_at_flights(np.asarray(self.times), oscillator)
 
     def free_part(self, look: FirstLook) -> tuple[float, float] | None:
-        """Between impacts it always is."""
+        """`None`: the motion between impacts is always free."""
         del look

@@ -1,25 +1,25 @@
-"""Which of the times in a list are impacts, and which impacts are missing from it."""
+"""Detection of false and missed impacts in a list of times, by dynamic programming."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-_MOST_MISSED, _MOST_FALSE = 3, 3  # in a row
-_PENALTY = 30.0  # of a missed or false time, in squared deviations
+_MOST_MISSED, _MOST_FALSE = 3, 3  # largest numbers in a row
+_PENALTY = 30.0  # cost of a missed or false time, in squared deviations
 _LEAST_SPREAD, _LARGEST_SPREAD = 0.05, 0.2  # of the logarithm of successive flights' ratios
-_QUARTILE = 0.3186  # of the size of a normal deviation
-_LARGEST = 0.1  # logarithm of the ratio: flights do not get longer
-_RATES = 7  # ratios that are tried
+_QUARTILE = 0.3186  # first quartile of |x| for a standard normal x
+_LARGEST = 0.1  # largest logarithm of a ratio: flights do not get longer
+_RATES = 7  # number of ratios tried
 _LEAST_TIMES = 6
 
 
 class Heard(NamedTuple):
-    """A list of impacts without holes.
+    """A complete list of impacts.
 
-    - `times`: of all impacts; estimates where they were missed [s].
-    - `valid`: which of them were heard.
-    - `false`: times in the list that are no impacts [s].
+    - `times`: times of all impacts; estimates for missed ones [s].
+    - `valid`: mask of the impacts that were heard.
+    - `false`: times in the list that are not impacts [s].
     """
 
     times: np.ndarray
@@ -28,7 +28,9 @@ class Heard(NamedTuple):
 
 
 class _Flight(NamedTuple):
-    """From one time of the list to another, with impacts between that were missed."""
+    """A stretch of the list between two times taken as impacts: `flights` flights, with
+    `flights` − 1 missed impacts between them, and the times from `begin` to `end` false.
+    """
 
     begin: int
     end: int
@@ -36,20 +38,22 @@ class _Flight(NamedTuple):
 
 
 def heard(times: np.ndarray) -> Heard:
-    """The impacts behind a list of times, judged by the durations of the flights alone.
+    """The complete list of impacts, inferred from a list of times by the durations of the flights.
 
-    A flight of a ball takes r times as long as the one before, with an r that changes slowly. Of
-    all ways to leave times out as false and to fill impacts in as missed, the one is chosen whose
-    squared deviations from that, each in units of the usual spread, and whose corrections, at 30
-    each, sum up to the least (by dynamic programming). The usual ratio and its spread are those
-    around which the ratios crowd, so that a third of them may be wrong.
+    The flights of a ball get shorter by a factor r that changes slowly. Dynamic programming over
+    all ways to drop false times and insert missed impacts minimises
+
+        Σ (log(ratio of successive flights / r) / spread)² + 30 × (dropped + inserted impacts).
+
+    r and the spread are estimated where the ratios are densest, so that a third of them may be
+    wrong.
     """
     everything = Heard(times, np.ones(len(times), bool), np.zeros(0))
     if len(times) < _LEAST_TIMES:
         return everything
     logs = np.diff(np.log(np.diff(times)))
     likely = logs[logs < _LARGEST]
-    if not likely.size:  # nothing like a bouncing ball
+    if not likely.size:  # not like a bouncing ball
         return everything
     rates = np.unique(np.quantile(likely, np.linspace(0.1, 0.9, _RATES)))
     quartiles = np.quantile(np.abs(logs[:, None] - rates), 0.25, axis=0)
@@ -62,7 +66,19 @@ def heard(times: np.ndarray) -> Heard:
 
 
 def _best(times: np.ndarray, r: float, spread: float) -> tuple[float, list[_Flight]]:
-    """The least cost, and the chain of flights that has it."""
+    """The least cost, and the chain of stretches that has it.
+
+    The cost of a chain that ends with the stretch f = (b, e, m) of m flights is
+
+        C(f) = 30 (m − 1 + e − b − 1) + min(30 b, min over g ending at b of C(g) + d(g, f)²),
+
+    with d(g, f) = log(first flight of f / (r × last flight of g)) / spread. The first choice of the
+    minimum starts the chain with f and drops the b times before it. At the end the times after the
+    last stretch are dropped, at 30 each.
+
+    Example: in the list 0, 1, 1.9, 3.439 with r = 0.9 the stretch from 1.9 to 3.439 is best
+    explained by two flights of 0.81 and 0.729, so that an impact at 2.71 was missed.
+    """
     count = len(times)
     costs: dict[_Flight, float] = {}
     before: dict[_Flight, _Flight] = {}
@@ -92,7 +108,7 @@ def _best(times: np.ndarray, r: float, spread: float) -> tuple[float, list[_Flig
 
 
 def _first(times: np.ndarray, flight: _Flight, r: float) -> float:
-    """Duration of the first of the flights."""
+    """Duration of the first flight of a stretch, whose flights shorten by the factor r."""
     whole = sum(r**i for i in range(flight.flights))
     return float(times[flight.end] - times[flight.begin]) / whole
 

@@ -1,4 +1,4 @@
-"""From the sound of a bouncing ball to the times of its bounces."""
+"""Onsets in a sound: the times of a ball's bounces."""
 
 from pathlib import Path
 
@@ -7,19 +7,20 @@ import numpy as np
 from impactjax._record.file_error import FileError
 from impactjax._record.text import check_is_file, unreadable
 
-_SLOWEST = 8000.0  # [Hz] of sampling
-_BAND = 3000.0  # [Hz]; below it rooms hum and hands knock
-_SHORT = 3e-4  # [s] over which loudness is taken
-_APART = 15e-3  # [s] between onsets at least; echoes fade meanwhile
-_LOUDER = 3.0  # than before, in amplitude
-_RISE = 0.2  # of the local maximum: the onset
+_SLOWEST = 8000.0  # [Hz], least sampling rate
+_BAND = 3000.0  # [Hz], high-pass frequency against hum and knocking
+_SHORT = 3e-4  # [s], window of the loudness
+_APART = 15e-3  # [s], least distance of onsets; echoes fade in that time
+_LOUDER = 3.0  # least ratio of amplitudes after and before an onset
+_RISE = 0.2  # share of the local maximum that defines the onset
 
 
 def read_onsets(path: Path) -> np.ndarray:
     """The times [s] at which a WAV file suddenly gets louder. Raises `FileError`.
 
-    An onset is where the sound above 3 kHz, three times as loud as ever during the 15 ms before,
-    first reaches a fifth of its local maximum: the same point of every bounce, to some 0.05 ms.
+    At an onset the sound above 3 kHz is three times as loud as at any time in the 15 ms before. Its
+    time is that at which the amplitude first reaches a fifth of the local maximum, which is the
+    same point of every bounce to about 0.05 ms.
     """
     from scipy import ndimage, signal
 
@@ -40,14 +41,14 @@ def read_onsets(path: Path) -> np.ndarray:
 
 
 def _onset(amplitude: np.ndarray, peak: int, around: int) -> int:
-    """The first sample around a peak of novelty that reaches a share of the maximum there."""
+    """The first sample around a peak that reaches a fifth of the local maximum."""
     begin = max(peak - around, 0)
     near = amplitude[begin : peak + around]
     return begin + int(np.argmax(near >= _RISE * near.max()))
 
 
 def _read(path: Path) -> tuple[float, np.ndarray]:
-    """Samples a second, and the sound, of all channels together."""
+    """Sampling rate [Hz], and the sound averaged over its channels."""
     import wave
 
     check_is_file(path)

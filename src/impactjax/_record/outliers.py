@@ -1,15 +1,15 @@
-"""Samples that jump away from the motion and back at once."""
+"""Outliers: samples that jump away from the motion and back."""
 
 import numpy as np
 
-_WINDOW = 5  # samples; up to two in a row may be wrong
-_NOISE = 8.0  # usual distances from the middle of their neighbours
-_STEPS = 3.0  # of the fastest motion from sample to sample: no impact looks like that
+_WINDOW = 5  # samples of the running median; up to two in a row may be wrong
+_NOISE = 8.0  # least distance from the running median, in standard deviations of the noise
+_STEPS = 3.0  # least distance, in the largest change of the running median between samples
 
 
 def spikes(values: np.ndarray) -> np.ndarray:
-    """Which samples of a place are far from the median of themselves and their neighbours: farther
-    than noise, and farther than the fastest motion in the record gets in three samples.
+    """Mask of the samples that are far from the running median: farther than noise, and farther
+    than the fastest motion in the record moves in three samples.
 
     Source: Hampel's identifier, with a bound for motion: Pearson, IEEE Transactions on Control
     Systems Technology 10, 55 (2002).

@@ -1,4 +1,4 @@
-"""From a file to a recording."""
+"""The reader of recordings: file → recording."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -27,13 +27,13 @@ from impactjax._sensor.quantity import (
 )
 
 _BY_NAME: dict[str, AbstractQuantity] = {quantity.name: quantity for quantity in QUANTITIES}
-_MANY = 4  # times that are listed one by one
+_MANY = 4  # most times to list individually
 
 
 class RecordingFile(NamedTuple):
-    """A recording and what its sidecar says.
+    """A recording from a file, with its sidecar.
 
-    - `notes`: sentences on what was left out, filled in or averaged.
+    - `notes`: sentences on samples left out, filled in or averaged.
     """
 
     path: Path
@@ -44,12 +44,18 @@ class RecordingFile(NamedTuple):
 
 
 def read_recording(path: str | Path, sidecar_path: str | Path | None = None) -> RecordingFile:
-    """A recording from a file, with the help of the sidecar beside it if there is one.
+    """A recording from a file, and its sidecar if there is one.
 
-    Text (commas, semicolons, tabs or blanks between columns), NumPy, MATLAB, HDF5 and NetCDF files
-    name quantity and unit of their columns, `time [s], angle [deg]`, or a list of impact times,
-    `impact time [s]`; or the sidecar says how to read them. The onsets in a WAV file are impact
-    times. Empty, clipped and missed observations are not valid; `notes` say so.
+    The file may be text (commas, semicolons, tabs or blanks between columns), NumPy, MATLAB, HDF5
+    or NetCDF. Its header gives quantity and unit of the columns, `time [s], angle [deg]`, or of a
+    list of impact times, `impact time [s]`; otherwise the sidecar describes them. In a WAV file the
+    onsets are impact times. Empty, clipped and missed observations are not valid, and are mentioned
+    in `notes`.
+
+    **Arguments:**
+
+    - `path`: file.
+    - `sidecar_path`: TOML file that describes it; by default NAME.toml beside it, if that exists.
 
     Raises `FileError`, whose message is one sentence with file, line and remedy.
     """
@@ -169,7 +175,7 @@ def _check_increasing(table: Table, ts: np.ndarray) -> None:
 def _inside(
     path: Path, window: tuple[float, float] | None, ts: np.ndarray, noun: str
 ) -> np.ndarray:
-    """Which rows to use."""
+    """Mask of the rows inside the window. Raises `FileError` if there are fewer than two."""
     low, high = window or (ts[0], ts[-1])
     inside = (ts >= low) & (ts <= high)
     count = np.count_nonzero(inside)

@@ -1,4 +1,4 @@
-"""A quantity sampled in time."""
+"""Recording of a quantity sampled in time."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -34,7 +34,7 @@ from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Flag, Samples, Scalar
 
-_PADDING = 1e-3  # distance of samples that only fill up, relative to the others'
+_PADDING = 1e-3  # spacing of padding samples, relative to that of the others
 
 
 class Recording(AbstractRecording):
@@ -42,15 +42,15 @@ class Recording(AbstractRecording):
 
     **Arguments:**
 
-    - `ts`: strictly increasing [s].
-    - `values`: in the quantity's SI unit.
-    - `quantity`: what was observed.
-    - `valid`: which samples count; all if left out. The others (empty, clipped) keep their place in
-      time, so that a sensor's low-pass stays right, but a fit leaves them out. What is not finite
-      does not count.
+    - `ts`: strictly increasing times [s].
+    - `values`: values in the quantity's SI unit.
+    - `quantity`: observed quantity.
+    - `valid`: mask of the samples that count; all by default. A fit ignores the others (empty,
+      clipped), but simulates them, which the low-pass of a sensor needs. Values that are not finite
+      do not count.
 
-    **Raises** `ValueError` for lists that are empty or not of one length, and for times that do not
-    increase.
+    **Raises** `ValueError` for lists that are empty or of different lengths, and for times that do
+    not increase.
     """
 
     ts: Samples
@@ -211,18 +211,18 @@ class Recording(AbstractRecording):
         return release(ts, places, valid, look)
 
     def _before(self, sensor: Sensor) -> "Recording":
-        """What a sensor was shown, by its gain and offset."""
+        """The quantity before a sensor: (values − offset) / gain."""
         values = (plain(self.values) - plain(sensor.offset)) / plain(sensor.gain)
         return eqx.tree_at(lambda each: each.values, self, values)
 
     def _without_gaps(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times, and values with straight lines across what does not count."""
+        """Times, and values with linear interpolation over samples that do not count."""
         ts, valid = np.asarray(self.ts), np.asarray(self.valid)
         return ts, np.interp(ts, ts[valid], np.asarray(self.values)[valid])
 
     def _contact_duration(self) -> float | None:
-        """Duration of a contact [s] that shows as a pulse: that of half a sine as wide as the
-        pulses are at half their heights.
+        """Duration of the contacts [s] that appear as pulses: that of half a sine wave with the
+        pulses' width at half maximum.
         """
         ts, values = self._without_gaps()
         pulses = [values[begin:end] for begin, end in self.quantity.contacts(values)]

@@ -1,4 +1,4 @@
-"""The sidecar NAME.toml beside a recording: what the file itself does not say."""
+"""The sidecar NAME.toml beside a recording: information that the recording itself lacks."""
 
 import difflib
 import re
@@ -32,7 +32,7 @@ Positive = Annotated[float, msgspec.Meta(gt=0, le=_LARGEST)]
 
 
 class SystemTable(msgspec.Struct, forbid_unknown_fields=True):
-    """[system]: what moves, and what it hits."""
+    """[system]: oscillator, contact laws and friction."""
 
     oscillator: str | None = None
     laws: list[str] | None = None
@@ -40,7 +40,7 @@ class SystemTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
-    """[sensor]: what stands between the motion and its samples."""
+    """[sensor]: gain, offset, filter and noise of the instrument."""
 
     gain: Finite | None = None
     offset: Finite | None = None
@@ -56,13 +56,13 @@ class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class FitTable(msgspec.Struct, forbid_unknown_fields=True):
-    """[fit]: what to fit besides what is usually unknown."""
+    """[fit]: parameters to fit although they are usually known."""
 
     free: list[str] = msgspec.field(default_factory=list)
 
 
 class ReadTable(msgspec.Struct, forbid_unknown_fields=True):
-    """[read]: how to read a file without the usual header."""
+    """[read]: description of a file without the usual header."""
 
     skip_rows: Annotated[int, msgspec.Meta(ge=0)] = 0
     column: int | str | None = None
@@ -75,7 +75,7 @@ class ReadTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Sidecar(msgspec.Struct, forbid_unknown_fields=True):
-    """All tables of a sidecar. [truth] is for people: nothing here reads it."""
+    """All tables of a sidecar. [truth] is for readers of the file; the package ignores it."""
 
     system: SystemTable = msgspec.field(default_factory=SystemTable)
     fixed: dict[str, Finite] = msgspec.field(default_factory=dict)
@@ -91,7 +91,7 @@ def read_sidecar(path: Path) -> Sidecar:
     text = read_text(path)
     try:
         tables = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # also of endless numbers and nested lists
+    except (ValueError, RecursionError) as error:  # also for very long numbers and nested lists
         where = re.search(r"at line (\d+)|at end of document", str(error))
         line = None if where is None else int(where[1] or len(text.splitlines()))
         problem = re.sub(r" \(at .*\)$", "", str(error)).split("; ")[0]
@@ -106,7 +106,7 @@ def read_sidecar(path: Path) -> Sidecar:
 
 
 def _explain(path: Path, text: str, tables: dict[str, Any], message: str) -> FileError:
-    """What msgspec found, in the words of the file."""
+    """An error of msgspec, in terms of the sidecar."""
     found = re.fullmatch(r"(.*?)(?: - at `\$\.?([^`]*)`)?", message, re.DOTALL)
     assert found is not None
     problem, place = found[1], found[2] or ""
@@ -134,7 +134,7 @@ def _keys(table: str) -> list[str]:
 
 
 def _wrong_entry(table: dict[str, Any]) -> str:
-    """The first of the names whose value is not a finite number."""
+    """The first key whose value is not a finite number."""
     for name, value in table.items():
         try:
             msgspec.convert(value, Finite)
@@ -144,7 +144,7 @@ def _wrong_entry(table: dict[str, Any]) -> str:
 
 
 def _check_sensor(path: Path, text: str, sensor: SensorTable) -> None:
-    """Checks that a low-pass is given in one way, and wholly."""
+    """Checks that a low-pass is given completely, and in one way only."""
     key, place = "impulse_response", line_of(text, "impulse_response")
     if (sensor.impulse_response is None) != (sensor.interval is None):
         place = line_of(text, "interval") if place is None else place
@@ -180,7 +180,7 @@ def _check_read(path: Path, text: str, read: ReadTable) -> None:
 
 
 def line_of(text: str, key: str) -> int | None:
-    """The line on which a key or table stands."""
+    """The number of the line with a key or table."""
     pattern = re.compile(rf"^\s*\[?\s*[\"']?{re.escape(key)}[\"']?\s*[=\]]")
     for number, line in enumerate(text.splitlines(), start=1):
         if pattern.match(line):

@@ -1,4 +1,4 @@
-"""A file as columns of cells or of numbers, whatever its format."""
+"""Tables: files of any format as columns of text cells or numbers."""
 
 import math
 import re
@@ -15,9 +15,9 @@ _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
 
 
 class Table(NamedTuple):
-    """The columns of a file: text as it stands there, or numbers.
+    """The columns of a file: text cells as in the file, or numbers.
 
-    Text has a line for each row, and `None` where a row is too short.
+    Text columns have a line number for each row, and `None` where a row is too short.
     """
 
     path: Path
@@ -28,11 +28,11 @@ class Table(NamedTuple):
     decimal_comma: bool = False
 
     def wrong_header(self, problem: str, remedy: str) -> FileError:
-        """The error that something is wrong with the columns."""
+        """An error about the columns."""
         return FileError(self.path, self.header_line, problem, remedy)
 
     def line(self, row: int) -> int | None:
-        """The line of a row in the file, if it has lines."""
+        """The line number of a row, if the file has lines."""
         return None if self.lines is None else self.lines[row]
 
 
@@ -46,7 +46,7 @@ def numbers(table: Table, position: int) -> np.ndarray:
 
 
 def numbers_and_gaps(table: Table, position: int) -> np.ndarray:
-    """A column as numbers, NaN where a cell is empty or says so itself. Raises `FileError`."""
+    """A column as numbers, NaN for cells that are empty or marked missing. Raises `FileError`."""
     column = table.columns[position]
     if isinstance(column, np.ndarray):
         values = column.astype(float)
@@ -61,7 +61,7 @@ def numbers_and_gaps(table: Table, position: int) -> np.ndarray:
 
 
 def number(cell: str | None, decimal_comma: bool = False) -> float:
-    """The number in a cell; NaN if there is none."""
+    """The number in a cell; NaN if it is not a number."""
     if cell is None or "_" in cell:
         return math.nan
     if decimal_comma and _DECIMAL_COMMA.fullmatch(cell):
@@ -73,7 +73,7 @@ def number(cell: str | None, decimal_comma: bool = False) -> float:
 
 
 def _is_gap(cell: str | None) -> bool:
-    """Whether a cell says that nothing was measured."""
+    """True if a cell is empty or marked as missing, such as "n/a"."""
     return cell is not None and cell.strip().lower() in ("", "nan", "na", "n/a", "-")
 
 

@@ -1,4 +1,4 @@
-"""The text of a file."""
+"""Reader of text files."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from impactjax._record.file_error import FileError
 
 
 def read_text(path: Path) -> str:
-    """The whole of a UTF-8 file. Raises `FileError`."""
+    """The text of a UTF-8 file. Raises `FileError`."""
     check_is_file(path)
     try:
         return path.read_text(encoding="utf-8-sig")
@@ -20,12 +20,12 @@ def read_text(path: Path) -> str:
 
 
 def unreadable(path: Path, error: OSError) -> FileError:
-    """The error that a file cannot be opened."""
+    """An error about a file that cannot be opened."""
     remedy = "check the name" if isinstance(error, FileNotFoundError) else "check the file"
     return FileError(path, None, f"it cannot be read ({error.strerror})", remedy)
 
 
 def check_is_file(path: Path) -> None:
-    """Checks that a path leads to a file that ends. Raises `FileError`."""
+    """Checks that a path is not a pipe or a device. Raises `FileError`."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise FileError(path, None, "it is no ordinary file", "copy what it gives into one")

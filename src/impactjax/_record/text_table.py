@@ -1,4 +1,4 @@
-"""From a text file to a table: commas, semicolons, tabs or blanks between the columns."""
+"""Reader of text tables with commas, semicolons, tabs or blanks between the columns."""
 
 import csv
 import itertools
@@ -10,13 +10,13 @@ from impactjax._record.file_error import FileError
 from impactjax._record.table import USUAL_HEADER, Table, number
 from impactjax._record.text import read_text
 
-_BLANK = " "  # any number of them between columns
+_BLANK = " "  # any number of blanks between columns
 
 _Rows = list[tuple[int, list[str]]]  # each with the line on which it begins
 
 
 def read_text_table(path: Path, skip_rows: int) -> Table:
-    """The rows of a text file; blank ones are left out. Raises `FileError`."""
+    """The table in a text file, without blank lines. Raises `FileError`."""
     lines = read_text(path).splitlines()[skip_rows:]
     separator = _separator(lines)
     split = _blank_rows if separator == _BLANK else _rows
@@ -39,7 +39,7 @@ def read_text_table(path: Path, skip_rows: int) -> Table:
 
 
 def _separator(lines: list[str]) -> str:
-    """What stands between the columns, judged by the first two rows."""
+    """The separator of the columns, judged by the first two rows."""
     first, second = [*(line for line in lines if line.strip()), "", ""][:2]
     for separator in ("\t", ";", ","):
         if separator in first:
@@ -65,7 +65,7 @@ def _rows(path: Path, lines: list[str], separator: str, skip_rows: int) -> _Rows
 
 
 def _blank_rows(path: Path, lines: list[str], separator: str, skip_rows: int) -> _Rows:
-    """Rows whose columns blanks separate; a header's units in brackets may follow a blank."""
+    """Rows with blanks between the columns. In a header a blank may precede a unit in brackets."""
     del path, separator
     cells = [
         re.findall(r"[^\s\[\](),]+(?:\s+[^\s\[\]()]+)*\s*[\[(][^\])]*[\])]|\S+", line)
@@ -75,7 +75,7 @@ def _blank_rows(path: Path, lines: list[str], separator: str, skip_rows: int) ->
 
 
 def _check_widths(path: Path, kept: _Rows, separator: str) -> None:
-    """Checks that no row has more cells than the first; empty ones at its end do not count."""
+    """Checks that no row has more cells than the first, apart from empty ones at its end."""
     width = len(kept[0][1])
     for line, row in kept:
         while len(row) > width and not row[-1]:

@@ -1,4 +1,4 @@
-"""Which parameters a recording tells, and which only together."""
+"""Figures of the coupling of parameters: correlations, directions and sensitivities."""
 
 from itertools import cycle
 from typing import TYPE_CHECKING
@@ -14,11 +14,11 @@ from impactjax._report.style import FITTED, LAWS, OTHER
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_OPEN = 1e3  # relative errors beyond this are drawn at it
+_OPEN = 1e3  # largest relative error drawn
 
 
 def plot_correlation(ax: "Axes", information: Information) -> "Axes":
-    """Correlation matrix of the parameters' errors, as a map with its numbers."""
+    """Correlation matrix of the parameters' errors, as a colour map with numbers."""
     matrix = np.asarray(information.correlation)
     count = range(len(information.names))
     ax.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1)
@@ -36,8 +36,8 @@ def plot_correlation(ax: "Axes", information: Information) -> "Axes":
 
 
 def plot_directions(ax: "Axes", information: Information) -> "Axes":
-    """Stiff and sloppy directions, from the best determined to the worst: bars are their relative
-    standard errors, red where the data do not tell.
+    """Relative standard errors of the stiff and sloppy directions as bars, the best determined
+    first; red for directions that the data do not determine.
     """
     found = findings(information)
     errors = np.array([each.relative_error for each in found])
@@ -57,8 +57,8 @@ def plot_directions(ax: "Axes", information: Information) -> "Axes":
 
 
 def plot_sensitivities(ax: "Axes", estimate: Estimate) -> "Axes":
-    """How much the recorded quantity changes, in sizes of the noise, if a parameter grows by 1 %,
-    sample by sample.
+    """Sensitivity of each sample to each parameter: change of the recorded quantity for an increase
+    of the parameter by 1 %, in standard deviations of the noise.
     """
     told = identifiability(estimate)
     at, label = estimate.problem.recording.axis

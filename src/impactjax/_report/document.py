@@ -1,4 +1,4 @@
-"""What a run of fits says, as the document `fit.json`."""
+"""Content of `fit.json`: the results of all fits."""
 
 import importlib.metadata
 import math
@@ -26,7 +26,7 @@ _PACKAGES = ("impactjax", "jax", "jaxlib", "diffrax", "numpy", "scipy")
 
 
 def document(comparisons: Sequence[Comparison]) -> dict[str, Any]:
-    """The content of `fit.json`: all fits, what made them, and what was done to each recording."""
+    """The content of `fit.json`: all fits, software versions, seed, and notes on each recording."""
     return {
         "recording": ", ".join(each.name for each in comparisons),
         "fits": [fit for comparison in comparisons for fit in _fits(comparison)],
@@ -37,14 +37,14 @@ def document(comparisons: Sequence[Comparison]) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """The software that a result depends on."""
+    """Versions of the software that a result depends on."""
     found = {name: importlib.metadata.version(name) for name in _PACKAGES}
     return {"python": platform.python_version(), **found}
 
 
 def _fits(comparison: Comparison) -> list[dict[str, Any]]:
-    """Each fit with how much worse than the best it is, null where that cannot be told, and whether
-    the best rules it out: then its verdicts tell nothing.
+    """The fits, each with the difference of its criterion to the best, null if that does not exist,
+    and a flag for a law that the best one rules out, whose verdicts are meaningless.
     """
     estimates = [fitted.estimate for fitted in comparison]
     against_best = zip(comparison, differences(estimates), rejected(estimates), strict=True)
@@ -87,7 +87,7 @@ def _result(estimate: Estimate) -> str:
 
 
 def _parameters(fitted: Fitted) -> dict[str, Any]:
-    """All parameters, and what those rest on that rest on what nobody stated."""
+    """All parameters, each with the assumptions it depends on."""
     estimate, known = fitted.estimate, given(fitted)
     found = {**_fitted_parameters(estimate), **_fixed_parameters(estimate)}
     for name, each in found.items():
@@ -181,6 +181,6 @@ def _fixed_parameters(estimate: Estimate) -> dict[str, Any]:
 
 
 def _number(value: ArrayLike) -> float | None:
-    """A JSON number; null for what is not finite."""
+    """A JSON number; null if it is not finite."""
     number = float(np.asarray(value))
     return number if math.isfinite(number) else None

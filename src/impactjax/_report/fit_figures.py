@@ -1,4 +1,4 @@
-"""The recording, its fit, and what the fit leaves; each figure takes an `Axes` and returns it."""
+"""Figures of a recording, its fit and the residuals; each takes an `Axes` and returns it."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def plot_fit(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
-    """The recording with the fitted motion; for a list of impact times, the flights."""
+    """The recording with the fitted motion; for impact times, the durations of the flights."""
     curves = estimate.problem.recording.curves(np.asarray(estimate.residuals))
     recorded, fitted, width = ("-", "-", 3) if curves.dense else ("o", ".-", 1)
     ax.plot(curves.at, curves.recorded, recorded, color=RECORDED, linewidth=width, label="recorded")

@@ -1,4 +1,4 @@
-"""What a fit takes as given, in words and numbers, for table, page and `fit.json`."""
+"""Assumptions of a fit in words and numbers, for table, page and `fit.json`."""
 
 import math
 from typing import NamedTuple
@@ -16,11 +16,12 @@ from impactjax._sensor.low_pass import AbstractLowPass, Butterworth
 
 
 class OwnValue(NamedTuple):
-    """A value over the assumed ones to which it is proportional: it rests on none of them.
+    """A value divided by the assumed ones to which it is proportional, so that it does not depend
+    on them.
 
-    - `name`: "alpha·length".
-    - `value`, `error`, `unit`: as of a parameter.
-    - `shown`: with its error, or as a bound.
+    - `name`: the quotient or product as text, "alpha·length".
+    - `value`, `error`, `unit`: value, standard error and unit.
+    - `shown`: the value with its error as text, or a bound.
     """
 
     name: str
@@ -31,11 +32,11 @@ class OwnValue(NamedTuple):
 
 
 class Given(NamedTuple):
-    """What a fit takes as given.
+    """Assumptions of a fit.
 
-    - `assumed`: what nobody stated.
-    - `rests`: which of its values rest on that.
-    - `own`: values that do not, by the name of the parameter.
+    - `assumed`: assumptions that the user did not state.
+    - `rests`: dependences of fitted values on them, by parameter.
+    - `own`: values that do not depend on them, by parameter.
     """
 
     assumed: list[Assumption]
@@ -43,12 +44,12 @@ class Given(NamedTuple):
     own: dict[str, OwnValue]
 
     def words(self, name: str) -> str:
-        """Words behind the verdict on a parameter: ", given length", or none."""
+        """Words after the verdict on a parameter: ", given length"; empty without assumptions."""
         return given_words(self.rests.get(name))
 
 
 def given(fitted: Fitted) -> Given:
-    """What a fit takes as given."""
+    """The assumptions of a fit."""
     estimate = fitted.estimate
     assumed, found = _at(estimate, np.asarray(estimate.values), fitted.stated)
     own = _own_values(estimate, fitted.stated, found) if found else {}
@@ -56,7 +57,7 @@ def given(fitted: Fitted) -> Given:
 
 
 def given_sentences(fitted: Fitted) -> list[str]:
-    """Which values rest on what nobody stated, and what the record tells without it."""
+    """Sentences on the values that depend on assumptions, and on the values without them."""
     known = given(fitted)
     found = []
     for on in dict.fromkeys(rest.on for rest in known.rests.values()):
@@ -71,7 +72,7 @@ def given_sentences(fitted: Fitted) -> list[str]:
 
 
 def taken(fitted: Fitted) -> list[str]:
-    """All that a fit takes as given: measures, places, exponents and the sensor."""
+    """Sentences on all assumptions of a fit: lengths, masses, positions, exponents, the sensor."""
     known, system, stated = given(fitted), fitted.estimate.system, fitted.stated
     found = []
     for each in known.assumed:
@@ -100,13 +101,13 @@ def _low_pass(stated: AbstractLowPass | None) -> str:
 
 
 def is_assumed(fitted: Fitted, name: str) -> bool:
-    """Whether a parameter that was not fitted has a value that nobody stated."""
+    """True if a model parameter that was not fitted has a value that the user did not state."""
     path = handles(fitted.estimate.system)[name].path
     return name not in fitted.stated and path[0] == "model"
 
 
 def speeds_rest_on(known: Given) -> str:
-    """What speeds in m/s and depths rest on, in words; nothing if they are measured or stated."""
+    """The assumptions behind speeds in m/s and depths, in words; empty if there are none."""
     return " and ".join(each.sentence for each in known.assumed if each.unit in ("m", "m/s²"))
 
 
@@ -125,8 +126,8 @@ def _at(
 def _own_values(
     estimate: Estimate[Problem], stated: tuple[str, ...], found: dict[str, Rest]
 ) -> dict[str, OwnValue]:
-    """Values over what they are proportional to, with errors by the delta method: an assumed lever
-    may itself follow a fitted frequency.
+    """Values divided by the assumed ones to which they are proportional, with errors by the delta
+    method, since an assumed lever may depend on a fitted frequency.
     """
     names = [name for name, rest in found.items() if rest.powers is not None]
     values = np.asarray(estimate.values, float)
@@ -155,7 +156,7 @@ def _own_values(
 
 
 def _steps(estimate: Estimate) -> np.ndarray:
-    """Steps of the parameters, to differentiate smooth powers by central differences."""
+    """Steps of the parameters for central differences."""
     values = np.asarray(estimate.values)
     share = float(np.cbrt(np.finfo(values.dtype).eps))
     return np.where(values == 0, share, share * np.abs(values)).astype(float)

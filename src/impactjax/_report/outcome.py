@@ -1,4 +1,4 @@
-"""How a fit ended, in words."""
+"""Outcome of a fit in words."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from impactjax._results import RESULTS
 
 
 def outcome(estimate: Estimate) -> str:
-    """`converged`, or why there is no result to be used."""
+    """The outcome of a fit in words: "converged", or the reason why it has no usable result."""
     if bool(estimate.converged) and float(estimate.misfit) > 0:
         return f"misses the record: {100 * float(estimate.misfit):.0f} % of its motion is left"
     if bool(estimate.converged):
@@ -22,12 +22,12 @@ def outcome(estimate: Estimate) -> str:
 
 
 def outcome_of(fitted: Fitted) -> str:
-    """The outcome of a law among others."""
+    """The outcome of a law in a comparison, in words."""
     if fitted.worse_than:
         return f"worse than {', '.join(fitted.worse_than)}, which it contains: the search failed"
     return outcome(fitted.estimate)
 
 
 def was_simulated(estimate: Estimate) -> bool:
-    """Whether the law could be simulated from any start."""
+    """True if the simulation succeeded from at least one start."""
     return bool(np.isfinite(np.asarray(estimate.start_costs)).any())

@@ -39,11 +39,11 @@ from impactjax._report.words import sentences
 
 
 def page(comparisons: Sequence[Comparison], command: str) -> str:
-    """A page with figures inside, a section a recording, and the command that made it."""
+    """An HTML page with embedded figures, a section for each recording, and the command."""
     template = (
         importlib.resources.files("impactjax._report").joinpath("page.html").read_text("utf-8")
     )
-    import jinja2  # only its users wait for it
+    import jinja2  # imported only when needed
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     several = len(comparisons) > 1
@@ -111,7 +111,7 @@ def _search_pictures(comparison: Comparison) -> list[Picture]:
 
 
 def _restitution(name: str, fits: Sequence[Fitted]) -> Picture | None:
-    """For the laws that could be fitted; nothing in free flight."""
+    """The restitution figure of the laws that converged; `None` in free flight."""
     shown = [each for each in fits if not each.is_free_flight and bool(each.estimate.converged)]
     if not shown:
         return None

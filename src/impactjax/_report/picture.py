@@ -16,8 +16,8 @@ _NARROW, _WIDE = 4.2, 9.0  # inches
 
 
 class Margins(NamedTuple):
-    """Room for what is written around the axes [inches]; to find out how much it needs takes
-    longer than to draw it.
+    """Margins around the axes for labels [inches]. They are fixed, since measuring the labels takes
+    longer than drawing them.
     """
 
     left: float = 0.92
@@ -30,11 +30,11 @@ PLAIN = Margins()
 
 
 class Picture(NamedTuple):
-    """A figure as PNG, once more for narrow screens if it is a wide one, and in words."""
+    """A figure as PNG, a second one for narrow screens if it is wide, and its description."""
 
     png: str  # base64
     narrow_png: str | None
-    text: str  # for those who cannot see it
+    text: str  # alternative text
     width: int
     height: int
 
@@ -42,12 +42,12 @@ class Picture(NamedTuple):
 def picture(
     draw: Callable[["Axes"], "Axes"], text: str, height: float = 3.2, margins: Margins = PLAIN
 ) -> Picture:
-    """A figure of the width of a phone or of half a page."""
+    """A figure of half the width of a page, which is that of a phone."""
     return Picture(_png(draw, _NARROW, height, margins), None, text, *_pixels(_NARROW, height))
 
 
 def wide_picture(draw: Callable[["Axes"], "Axes"], text: str, height: float) -> Picture:
-    """A figure of the width of a page, with another one for narrow screens."""
+    """A figure of the width of a page, with a second one for narrow screens."""
     narrow = _png(draw, _NARROW, height, PLAIN)
     return Picture(_png(draw, _WIDE, height, PLAIN), narrow, text, *_pixels(_WIDE, height))
 
@@ -65,8 +65,8 @@ def _png(draw: Callable[["Axes"], "Axes"], width: float, height: float, margins:
 def figure(
     draw: Callable[["Axes"], "Axes"], width: float, height: float, margins: Margins
 ) -> "Figure":
-    """A figure of some size, with nothing but axes in it."""
-    from matplotlib.figure import Figure  # most users of the package never draw
+    """A figure of a given size with one axes."""
+    from matplotlib.figure import Figure  # imported only when needed
 
     drawn = Figure(figsize=(width, height))
     left, bottom, right, top = margins

@@ -1,4 +1,4 @@
-"""Whether residuals look like independent normal noise."""
+"""Figures that compare residuals with independent normal noise."""
 
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def plot_autocorrelation(ax: "Axes", estimate: Estimate) -> "Axes":
-    """Autocorrelation of the residuals; 95 % of those of independent residuals lie in the band."""
+    """Autocorrelation of the residuals, with the 95 % band of independent residuals."""
     found = residual_diagnostics(estimate)
     rho, band = np.asarray(found.autocorrelation), float(found.band)
     lags = np.arange(1, len(rho) + 1)
@@ -26,9 +26,9 @@ def plot_autocorrelation(ax: "Axes", estimate: Estimate) -> "Axes":
 
 
 def plot_quantiles(ax: "Axes", estimate: Estimate) -> "Axes":
-    """Residuals in order against those of a normal distribution; normal ones follow the line."""
+    """Quantiles of the residuals against those of a normal distribution, with the diagonal."""
     valid = np.asarray(estimate.problem.recording.valid)
-    size = float(estimate.rms) or 1.0  # nothing is left where nothing could be simulated
+    size = float(estimate.rms) or 1.0  # zero without a successful simulation
     left = np.sort(-np.asarray(estimate.residuals)[valid]) / size
     normal = special.ndtri((np.arange(len(left)) + 0.5) / len(left))
     ends = [normal[0], normal[-1]]
@@ -39,8 +39,8 @@ def plot_quantiles(ax: "Axes", estimate: Estimate) -> "Axes":
 
 
 def plot_impact_residuals(ax: "Axes", estimate: Estimate) -> "Axes":
-    """Rms of the residuals just after each impact, over that of all: a law that misses something
-    of the contact shows here.
+    """Rms of the residuals just after each impact, divided by that of all. It is large for a law
+    that does not describe the contact.
     """
     log = estimate.impacts
     after = np.asarray(residual_diagnostics(estimate).after_impacts)

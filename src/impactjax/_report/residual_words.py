@@ -1,7 +1,7 @@
-"""What the residuals of a fit look like, in sentences.
+"""Sentences on the residuals of a fit.
 
-Each sentence follows from one property of `ResidualDiagnostics`, at one threshold, and gives the
-number that decided with its limit.
+Each sentence follows from one property of `ResidualDiagnostics` and quotes the statistic with its
+limit.
 """
 
 import numpy as np
@@ -11,11 +11,11 @@ from impactjax._identify.residual_diagnostics import ResidualDiagnostics, residu
 from impactjax._number_format import apart
 from impactjax._report.outcome import was_simulated
 
-_SAME = 0.005  # of a factor: not to be seen in two digits behind the point
+_SAME = 0.005  # difference of a factor from 1 that two decimals do not show
 
 
 def residual_sentences(estimate: Estimate) -> list[str]:
-    """Whether the residuals are what a good law leaves: independent, of one size, normal."""
+    """Sentences on independence, constant variance and normality of the residuals."""
     if not was_simulated(estimate):
         return ["Nothing could be simulated, so there are no residuals."]
     found = residual_diagnostics(estimate)
@@ -23,7 +23,7 @@ def residual_sentences(estimate: Estimate) -> list[str]:
 
 
 def independence(estimate: Estimate, found: ResidualDiagnostics) -> str:
-    """Whether the residuals hang together, and what that does to the errors."""
+    """Sentence on the independence of the residuals, and its effect on the errors."""
     if bool(found.independent):
         correlated, runs = _correlations(found), _runs(found)
         return f"The residuals look independent: {' and '.join([*correlated, runs])}."
@@ -58,7 +58,7 @@ def _runs(found: ResidualDiagnostics) -> str:
 
 
 def _allowance(estimate: Estimate) -> str:
-    """Whether the errors are other than those for independent residuals."""
+    """Clause on the factors by which the errors differ from those for independent residuals."""
     inflation = np.asarray(estimate.inflation)
     factors = inflation[np.isfinite(inflation)]
     if not factors.size or np.all(np.abs(factors - 1) < _SAME):

@@ -1,4 +1,4 @@
-"""Restitution against speed: the impacts of the fitted motion, and the laws' own curves."""
+"""Figures of restitution against speed: impacts of the fitted motion, and curves of the laws."""
 
 from collections.abc import Sequence
 from itertools import cycle, islice
@@ -27,13 +27,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _POINTS = 200
-_MARGIN = 0.03  # of the restitutions shown
+_MARGIN = 0.03  # margin above and below the restitutions
 
 Curve = Float[Array | np.ndarray, " speeds"]
 
 
 @runtime_checkable
 class _ClosedForm(Protocol):
+    """A force law whose impacts have a closed form."""
+
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents: ...
 
 
@@ -51,14 +53,14 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted]) -> "Axes":
 def plot_learned_restitution(
     ax: "Axes", learned: Learned, others: Sequence[Estimate] = ()
 ) -> "Axes":
-    """The restitution that was learned, with its 95 % band, over the speeds of the impacts, which
-    are marked; beyond them nothing is known. For comparison, other laws fitted to the recording.
+    """The learned restitution with its 95 % band, over the range of the speeds of the impacts,
+    which are marked; and for comparison other laws fitted to the recording.
 
     **Arguments:**
 
-    - `ax`: where to draw.
-    - `learned`: what `learn` found.
-    - `others`: estimates by `fit`.
+    - `ax`: axes to draw on.
+    - `learned`: result of `learn`.
+    - `others`: results of `fit`.
     """
     at, ratios = _impacts(learned.impacts)
     ax.plot(at, ratios, "o", color=LAWS[0], markersize=4, label="learned")
@@ -102,8 +104,8 @@ def _framed(ax: "Axes", columns: int) -> "Axes":
 def restitution_curve(
     estimate: Estimate, speeds: Float[Array, " speeds"]
 ) -> tuple[Curve, Curve, Curve] | None:
-    """Speeds, the fitted law's restitution there, and half the width of its 95 % band; nothing for
-    a law whose restitution has no closed form.
+    """Speeds, the fitted law's restitution there, and half the width of its 95 % band; `None` for a
+    law whose restitution has no closed form.
     """
     stop = estimate.system.model.lower
     if stop is None or not isinstance(stop.law, AbstractImpactLaw | _ClosedForm):

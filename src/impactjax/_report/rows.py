@@ -1,4 +1,4 @@
-"""The tables of the report."""
+"""Rows of the report's tables."""
 
 import inspect
 import math
@@ -21,7 +21,7 @@ Row = dict[str, str]
 
 
 def law_rows(fits: Sequence[Fitted]) -> list[Row]:
-    """A row a fit, with the difference of the criterion to the best where it exists."""
+    """One row for each fit, with the difference of its criterion to the best, if it exists."""
     unit, factor = fits[0].estimate.problem.recording.shown
     rows = []
     behind = differences([fitted.estimate for fitted in fits])
@@ -30,7 +30,7 @@ def law_rows(fits: Sequence[Fitted]) -> list[Row]:
         if was_simulated(own):
             row["rms"] = f"{float(own.rms) * factor:.4g} {unit}"
         if not math.isnan(by):
-            row["behind"] = f"{math.floor(10 * by) / 10:.1f}"  # never up to what would decide
+            row["behind"] = f"{math.floor(10 * by) / 10:.1f}"  # never rounded up to the limit
         rows.append({"rms": ABSENT, "behind": ABSENT, **row, "count": str(len(own.names))})
     return rows
 
@@ -43,12 +43,12 @@ def corrected_aic(estimate: Estimate) -> float:
 
 
 def verdict_of(estimate: Estimate, name: str, ruled_out: bool) -> str:
-    """What the record tells about a parameter: nothing, of a law that the best one rules out."""
+    """Verdict on a parameter; "law rejected" for a law that the best one rules out."""
     return "law rejected" if ruled_out else str(estimate.verdict(name))
 
 
 def parameter_rows(estimate: Estimate, ruled_out: bool = False) -> list[Row]:
-    """A row a fitted parameter of a law, which the best one may rule out."""
+    """One row for each fitted parameter of a law, which the best one may rule out."""
     return [
         {
             "name": name,
@@ -64,7 +64,7 @@ def parameter_rows(estimate: Estimate, ruled_out: bool = False) -> list[Row]:
 
 
 def rows_with_assumptions(fitted: Fitted, ruled_out: bool = False) -> list[Row]:
-    """A row a fitted parameter, and one for what it is without what nobody stated."""
+    """One row for each fitted parameter, and one for its value without assumptions."""
     known, rows = given(fitted), []
     for row in parameter_rows(fitted.estimate, ruled_out):
         rows.append({**row, "given": known.words(row["name"])})
@@ -76,8 +76,8 @@ def rows_with_assumptions(fitted: Fitted, ruled_out: bool = False) -> list[Row]:
 
 
 def impact_rows(estimate: Estimate) -> list[Row]:
-    """A row an impact of the fitted motion; the first forty."""
-    log = jax.device_get(estimate.impacts)  # to take NumPy's numbers apart compiles nothing
+    """One row for each of the first forty impacts of the fitted motion."""
+    log = jax.device_get(estimate.impacts)  # indexing NumPy arrays compiles nothing
     count = min(int(log.count), _MOST_IMPACTS)
     mass = float(estimate.system.model.oscillator.mass)
     rows = []
@@ -101,7 +101,7 @@ def impact_rows(estimate: Estimate) -> list[Row]:
 
 
 def sources(fits: Sequence[Fitted]) -> list[str]:
-    """Where the equations of the fitted laws come from, as their documentation says."""
+    """Sources of the fitted laws' equations, from their docstrings."""
     found = []
     for fitted in fits:
         stop = fitted.estimate.problem.system.model.lower

@@ -1,4 +1,4 @@
-"""Estimates kept in files."""
+"""Estimates saved to files."""
 
 import dataclasses
 from pathlib import Path
@@ -17,9 +17,9 @@ _LOG = "impacts."
 
 
 def save(path: str | Path, estimate: Estimate[Problem]) -> None:
-    """Writes the numbers of an estimate, or of many under `vmap`, to an `.npz` file of NumPy's.
+    """Writes the numbers of an estimate, or of many under `vmap`, to a NumPy `.npz` file.
 
-    The experiment is code and is not written: `load` takes it.
+    The experiment is code and is not written; `load` needs it as an argument.
     """
     arrays = {name: getattr(estimate, name) for name in _numbers()}
     arrays |= {_LOG + name: getattr(estimate.impacts, name) for name in _columns()}
@@ -33,10 +33,10 @@ def load(path: str | Path, experiment: Experiment) -> Estimate[Problem]:
 
     **Arguments:**
 
-    - `path`: of the file.
-    - `experiment`: of which it is an estimate.
+    - `path`: path of the file.
+    - `experiment`: experiment that was fitted.
 
-    **Raises** `ValueError` for a file of other parameters, or of a recording of another length.
+    **Raises** `ValueError` for a file with other parameters, or another number of observations.
     """
     problem = build_problem(experiment)
     with np.load(Path(path), allow_pickle=False) as file:

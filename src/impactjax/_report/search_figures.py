@@ -1,4 +1,4 @@
-"""Where a search began, and where it ended."""
+"""Figures of the first look and of the ends of the searches."""
 
 from typing import TYPE_CHECKING
 
@@ -16,9 +16,8 @@ _SAME = 1.001  # ratio of sums of squares that count as the same minimum
 
 
 def plot_starts(ax: "Axes", estimate: Estimate) -> "Axes":
-    """Rms of the residuals at the end of the search from each start, the best first: a long flat
-    step says that the best minimum is found from almost everywhere. Starts from where nothing could
-    be simulated are left out.
+    """Rms of the residuals at the end of the search from each start, in order. A long flat step
+    means that most starts lead to the best minimum. Starts whose simulation failed are left out.
     """
     unit, factor = estimate.problem.recording.shown
     n = int(estimate.problem.recording.observations)
@@ -38,8 +37,8 @@ def plot_starts(ax: "Axes", estimate: Estimate) -> "Axes":
 
 
 def plot_first_look(ax: "Axes", recording: AbstractRecording, look: FirstLook) -> "Axes":
-    """The recording with what was found in it before any fit: its impacts, or in a free swing its
-    extremes.
+    """The recording with the result of the first look: its impacts, or the extremes of a free
+    swing.
     """
     if recording.observes_impacts:
         ax.vlines(np.asarray(recording.instants), 0, 1, color=OTHER)

@@ -1,4 +1,4 @@
-"""What the fits say, in sentences."""
+"""Sentences on the results of all fits to a recording."""
 
 import math
 from collections.abc import Sequence
@@ -21,8 +21,8 @@ from impactjax._report.given import given_sentences
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import independence
 
-_FLOOR = 1.2  # times the error of quantisation: no other error is to be seen
-_LARGE = 1.5  # times the noise that is known: there is more than that
+_FLOOR = 1.2  # ratio of the rms to the quantisation error below which no other error is visible
+_LARGE = 1.5  # ratio of the rms to the known noise above which the model or the noise is wrong
 
 
 def sentences(fits: Sequence[Fitted]) -> list[str]:
@@ -72,7 +72,9 @@ def _name(fitted: Fitted) -> str:
 
 
 def _friction(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
-    """Whether free flight needs dry friction, if it was fitted with and without and is best."""
+    """Sentence on the need for dry friction, if free flight is best and was fitted with and without
+    it.
+    """
     free = {fitted.is_dry: i for i, fitted in enumerate(fits) if fitted.is_free_flight}
     if len(free) < 2 or not fits[0].is_free_flight or _describes_nothing(fits):
         return []
@@ -93,7 +95,7 @@ def _friction(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
 
 
 def _ranking(fits: Sequence[Fitted]) -> list[str]:
-    """Which law describes the record best, if that can be told, and if any law does."""
+    """Sentences on the ranking of the laws, if the best one describes the record."""
     behind_of = differences([fitted.estimate for fitted in fits])
     firsts = {_kind(fits[i]): i for i in reversed(range(len(fits)))}
     tried = [fits[i] for i in sorted(firsts.values())]
@@ -125,17 +127,17 @@ def _ranking(fits: Sequence[Fitted]) -> list[str]:
 
 
 def _kind(fitted: Fitted) -> str:
-    """The name of a model, whatever its friction."""
+    """The name of a model, without the suffix for dry friction."""
     return fitted.name.removesuffix(WITH_DRY_FRICTION)
 
 
 def _describes_nothing(fits: Sequence[Fitted]) -> bool:
-    """Whether the best fit has no result, or plainly misses the record."""
+    """True if the best fit has no result, or plainly misses the record."""
     return not bool(fits[0].estimate.usable)
 
 
 def _too_few(estimates: Sequence[Estimate], purpose: str) -> str:
-    """What there is to say where Akaike's criterion does not exist."""
+    """Sentence for a record that is too short for Akaike's criterion."""
     converged = [each for each in estimates if bool(each.converged)]
     n = independent_observations(min(converged, key=lambda each: float(each.aic)))
     most = max(parameters_found(each) for each in converged)
@@ -168,7 +170,7 @@ def _open_sides(best: Fitted) -> list[str]:
 
 
 def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:
-    """What there is to say if the steps of the recorded values are all that is left."""
+    """Sentence for residuals that are no larger than the quantisation error."""
     floor = float(estimate.problem.system.sensor.floor()) ** 0.5
     rms = float(estimate.rms)
     if not floor / _FLOOR < rms < _FLOOR * floor:
@@ -180,7 +182,7 @@ def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:
 
 
 def _beyond_the_noise(estimate: Estimate) -> list[str]:
-    """What there is to say if the residuals are too large for noise of the size that is known."""
+    """Sentence for residuals that are too large for the known noise."""
     known = estimate.problem.variance()
     times = 1.0 if known is None else float(estimate.rms / known**0.5)
     if times < _LARGE:

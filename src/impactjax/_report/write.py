@@ -1,4 +1,4 @@
-"""Reports written to files."""
+"""Writer of reports."""
 
 import json
 import os
@@ -19,18 +19,18 @@ def write_report(
     command: str = "impactjax.io.write_report",
     force: bool = False,
 ) -> tuple[Path, ...]:
-    """Writes `fit.json` and `report.html` for what `compare` found, and returns where they are.
+    """Writes `fit.json` and `report.html` for results of `compare`, and returns their paths.
 
-    Both are made before either is written.
+    Both are computed before either is written.
 
     **Arguments:**
 
-    - `folder`: made if it does not exist.
-    - `comparisons`: of one recording, or of several.
-    - `command`: what made them, as the report says it.
-    - `force`: whether to overwrite files.
+    - `folder`: created if it does not exist.
+    - `comparisons`: result for one recording, or for several.
+    - `command`: command to quote in the report.
+    - `force`: true to overwrite files.
 
-    **Raises** `FileExistsError` for files that exist.
+    **Raises** `FileExistsError` for files that exist, unless `force`.
     """
     several = [comparisons] if isinstance(comparisons, Comparison) else [*comparisons]
     targets = report_files(Path(folder))
@@ -42,12 +42,12 @@ def write_report(
 
 
 def report_files(folder: Path) -> tuple[Path, ...]:
-    """The files of a report in a folder."""
+    """The paths of a report's files in a folder."""
     return tuple(folder / name for name in _FILES)
 
 
 def check_absent(targets: Sequence[Path], force: bool) -> None:
-    """Raises `FileExistsError` for a file that exists, unless it is to be overwritten."""
+    """Raises `FileExistsError` for a file that exists, unless `force`."""
     for target in targets:
         if os.path.lexists(target) and not force:
             raise FileExistsError(17, "it exists", str(target))
@@ -59,7 +59,7 @@ def report_texts(comparisons: Sequence[Comparison], command: str) -> tuple[str, 
 
 
 def write_texts(targets: Sequence[Path], texts: Sequence[str], force: bool) -> None:
-    """Writes files; nothing is overwritten that came to be in the meantime."""
+    """Writes files. Without `force`, a file that was created in the meantime is not overwritten."""
     for target, text in zip(targets, texts, strict=True):
         with target.open("w" if force else "x", encoding="utf-8") as file:
             file.write(text)

@@ -15,8 +15,9 @@ from impactjax._types import Samples
 def contact_force(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
     """Force of the stops on the mass along its coordinate [N].
 
-    A rigid stop acts in no time and shows only where the mass rests on it. Raises `ValueError` for
-    a law whose force depends on more than penetration and rate.
+    The impulse of a rigid stop has no duration and does not appear; the force of a rigid stop on a
+    resting mass does. Raises `ValueError` for a law whose force depends on more than penetration
+    and rate.
     """
     total = jnp.where(
         _rests(trajectory),
@@ -43,9 +44,8 @@ def acceleration(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
 
 
 def proper_acceleration(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-    """What an accelerometer on the mass shows: contact and drag force over mass [m/s²].
-
-    Zero in free fall, upwards positive.
+    """Proper acceleration, as of an accelerometer on the mass: contact and drag force divided by
+    the mass [m/s²]. Zero in free fall, upwards positive.
     """
     felt = acceleration(model, trajectory) - _free(model, trajectory)
     return model.oscillator.lever() * felt
@@ -73,7 +73,7 @@ def _free(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
 def _pushes(
     model: ImpactOscillator, wall: Wall, law: AbstractForceLaw, trajectory: Trajectory
 ) -> Samples:
-    """Force [N] with which a compliant stop pushes the mass off."""
+    """Force [N] of a compliant stop, positive when it pushes the mass off."""
     if not isinstance(law, AbstractMemorylessLaw):
         raise ValueError(
             f"The force of {type(law).__name__} depends on more than penetration and rate; a "
@@ -91,7 +91,7 @@ def _pushes(
 
 
 def _rests(trajectory: Trajectory) -> Bool[Array, " samples"]:
-    """Whether the mass lies on a rigid stop."""
+    """Mask of the samples at which the mass rests on a rigid stop."""
     rests, ts = trajectory.rests, trajectory.ts[:, None]
     happened = jnp.arange(rests.begin.shape[-1], dtype=rests.count.dtype) < rests.count
     lasts = (ts < rests.end) | ~rests.released

@@ -1,4 +1,4 @@
-"""A low-pass that is known by its measured answer to an impulse."""
+"""A low-pass filter given by its measured impulse response."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -43,7 +43,7 @@ class ImpulseResponse(AbstractLowPass):
 def _between(
     at: Float[Array, "samples taps"], ts: Samples, values: Samples, rates: Samples
 ) -> Float[Array, "samples taps"]:
-    """A cubic through samples with their rates; a straight line before the first."""
+    """Cubic Hermite interpolation of samples with their rates; linear before the first sample."""
     i = jnp.clip(jnp.searchsorted(ts, at, side="right") - 1, 0, ts.shape[0] - 2)
     h = ts[i + 1] - ts[i]
     s = (at - ts[i]) / h

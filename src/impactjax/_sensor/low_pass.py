@@ -17,7 +17,7 @@ from impactjax._parameter import (
 )
 from impactjax._types import AngularFrequency, Samples
 
-_TERMS = 14  # of a series with terms below 6 / (j + 4)!
+_TERMS = 14  # number of terms of a series with terms below 6 / (j + 4)!
 
 
 class AbstractLowPass(eqx.Module):
@@ -34,8 +34,8 @@ class AbstractLowPass(eqx.Module):
 class Butterworth(AbstractLowPass):
     """A Butterworth filter: |H(2π i f)|² = 1 / (1 + (f / cutoff)^(2 order)).
 
-    Its impulse response is a sum of damped exponentials, one a pole; each is carried from sample to
-    sample exactly for an input that is a cubic between samples.
+    Its impulse response is a sum of damped exponentials, one for each pole. Each is propagated from
+    sample to sample, exactly for an input that is a cubic polynomial between samples.
 
     **Arguments:**
 
@@ -83,7 +83,9 @@ def _times(constant: complex, scale: AngularFrequency) -> Complex[Array, "..."]:
 def _mode(
     pole: Complex[Array, ""], ts: Samples, values: Samples, rates: Samples
 ) -> Complex[Array, " samples"]:
-    """∫ exp(pole (t − τ)) x(τ) dτ at the samples, x a cubic in between and a line before."""
+    """Response ∫ exp(pole (t − τ)) x(τ) dτ at the samples, for an input x that is a cubic between
+    samples and linear before the first.
+    """
     ts, values, rates = (x.astype(pole.dtype) for x in (ts, values, rates))
     h = jnp.diff(ts)
     rise = jnp.diff(values)
@@ -98,13 +100,15 @@ def _mode(
         mode = decay * mode + gain
         return mode, mode
 
-    # One sample after the other: an associative scan runs 3 to 50 times longer on a CPU.
+    # A sequential scan: an associative one takes 3 to 50 times as long on a CPU.
     _, modes = jax.lax.scan(carried, first, (decay, gain * h))
     return jnp.concatenate([first[None], modes])
 
 
 def _moments(z: Complex[Array, " intervals"]) -> list[Complex[Array, " intervals"]]:
-    """∫₀¹ exp(z (1 − s)) sᵏ ds for k from 0 to 3: by the recursion that is stable for each z."""
+    """Moments ∫₀¹ exp(z (1 − s)) sᵏ ds for k from 0 to 3, by the stable recursion for each z:
+    upwards in k for |z| ≥ 1, downwards from a series for |z| < 1.
+    """
     small = jnp.abs(z) < 1
     large, little = jnp.where(small, 1, z), jnp.where(small, z, 0)
     upwards = [(jnp.exp(large) - 1) / large]

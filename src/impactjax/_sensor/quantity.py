@@ -1,4 +1,4 @@
-"""What an instrument observes, and the units it may be recorded in."""
+"""Observed quantities, and the units in which they may be recorded."""
 
 import abc
 import math
@@ -50,23 +50,23 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 
 
 class AbstractQuantity(eqx.Module):
-    """Something that can be read off a trajectory at every instant."""
+    """A quantity that a trajectory has at every instant."""
 
     name: ClassVar[str]
-    """As in a file's header."""
+    """Name in a file's header."""
     units: ClassVar[dict[str, float]]
-    """Factors to the SI unit, which comes first."""
+    """Factors from each unit to the SI unit, which comes first."""
     shown: ClassVar[str]
-    """The unit in which people read it."""
+    """Unit in figures and tables."""
     of_angle: ClassVar[bool | None]
-    """Whether it belongs to an oscillator whose coordinate is an angle; `None` for either."""
+    """True for oscillators whose coordinate is an angle, false for others, `None` for both."""
 
     is_place: ClassVar[bool] = False
-    """Whether it is the coordinate itself."""
+    """True if it is the coordinate itself."""
     is_carried: ClassVar[bool] = False
-    """Whether what shows it is usually on something that falls."""
+    """True if its sensor usually moves with a falling body."""
     is_felt: ClassVar[bool] = False
-    """Whether it is zero in free fall."""
+    """True if it is zero in free fall."""
 
     @property
     def unit(self) -> str:
@@ -74,7 +74,7 @@ class AbstractQuantity(eqx.Module):
         return next(iter(self.units))
 
     def check_suits(self, model: ImpactOscillator) -> None:
-        """Raises `ValueError` if a model does not have it."""
+        """Raises `ValueError` if a model does not have this quantity."""
         if self.of_angle not in (None, model.oscillator.is_angle()):
             raise ValueError(
                 f"A record of {self.name} does not suit a {type(model.oscillator).__name__}."
@@ -86,23 +86,23 @@ class AbstractQuantity(eqx.Module):
 
     @abc.abstractmethod
     def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        """Its time derivative there."""
+        """The time derivative of the quantity at the samples."""
 
     @abc.abstractmethod
     def coordinate(
         self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
     ) -> np.ndarray:
-        """The coordinate behind recorded values, roughly: enough to start a search from."""
+        """The coordinate, reconstructed roughly from recorded values for a first look."""
 
     def contacts(self, values: np.ndarray) -> list[tuple[int, int]]:
-        """The first sample of each contact that shows as a pulse, and the first one after it."""
+        """Index pairs of the contacts that appear as pulses: first sample, and first one after."""
         del values
         return []
 
     def free_fall(
         self, ts: np.ndarray, values: np.ndarray, valid: np.ndarray
     ) -> tuple[float, float] | None:
-        """From when to when [s] values show a free fall after a hold, and the landing."""
+        """Begin and end [s] of a free fall and its landing, after the body was held."""
         del ts, values, valid
 
 
@@ -127,7 +127,7 @@ class AbstractPlace(AbstractQuantity):
 
 
 class AbstractDifferenced(AbstractQuantity):
-    """A quantity whose rate is known by differences of its samples only."""
+    """A quantity whose rate is computed from differences of its samples."""
 
     def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return slopes(trajectory.ts, self.value(model, trajectory))
@@ -219,7 +219,9 @@ class Acceleration(AbstractAcceleration):
 
 
 class ProperAcceleration(AbstractDifferenced):
-    """What an accelerometer shows: contact and drag force over mass, zero in free fall."""
+    """The proper acceleration, as of an accelerometer: contact and drag force divided by the mass,
+    zero in free fall.
+    """
 
     name: ClassVar[str] = "proper acceleration"
     units: ClassVar[dict[str, float]] = _ACCELERATIONS
@@ -282,7 +284,7 @@ QUANTITIES: tuple[AbstractQuantity, ...] = (
     ProperAcceleration(),
     ContactForce(),
 )
-TIME, IMPACT_TIME = "time", "impact time"  # the headers of a clock and of a list of bounce times
+TIME, IMPACT_TIME = "time", "impact time"  # headers of sample times and of a list of impact times
 UNITS: dict[str, dict[str, float]] = {
     TIME: TIME_UNITS,
     IMPACT_TIME: TIME_UNITS,

@@ -1,4 +1,4 @@
-"""What stands between a trajectory and its recording."""
+"""The sensor: from a trajectory to its recording."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -23,19 +23,21 @@ from impactjax._types import Ratio, Samples, Time
 
 
 class Sensor(eqx.Module):
-    """recorded(t) = gain · low_pass[quantity](t − delay) + offset + drift · t.
+    """A sensor: recorded(t) = gain · low_pass[quantity](t − delay) + offset + drift · t + noise.
 
     **Arguments:**
 
-    - `gain`: [1].
-    - `offset`: in units of the quantity.
-    - `delay`: of the whole chain beyond the low-pass [s].
-    - `drift`: of the zero, a trend in the record; in units of the quantity per second.
-    - `low_pass`: the anti-aliasing filter, if any.
-    - `sigma`: size of the noise, in units of the quantity; found with the fit if `None`.
-    - `quantisation`: step of the recorded values, in units of the quantity; none if `None`.
+    - `gain`: dimensionless factor [1].
+    - `offset`: constant added, in the quantity's SI unit.
+    - `delay`: delay of the whole chain except the low-pass [s].
+    - `drift`: linear trend of the zero, in the quantity's SI unit per second.
+    - `low_pass`: anti-aliasing filter; none if `None`.
+    - `sigma`: standard deviation of the noise, in the quantity's SI unit; estimated by the fit if
+      `None`.
+    - `quantisation`: step of the recorded values, in the quantity's SI unit; none if `None`.
 
-    **Raises** `ValueError` for what is not finite, a gain of zero, and sizes that are not positive.
+    **Raises** `ValueError` for a value that is not finite, a gain of zero, and a `sigma` or
+    `quantisation` that is not positive.
     """
 
     gain: Ratio = eqx.field(
@@ -74,20 +76,20 @@ class Sensor(eqx.Module):
     def shown(
         self, model: ImpactOscillator, trajectory: Trajectory, quantity: AbstractQuantity
     ) -> Samples:
-        """What the sensor shows of a trajectory that is sampled `delay` before the recording."""
+        """The recorded values, from a trajectory sampled at the times `sampled`."""
         values = quantity.value(model, trajectory)
         if self.low_pass is not None:
             values = self.low_pass.filtered(trajectory.ts, values, quantity.rate(model, trajectory))
         return self.gain * values + self.offset + self.drift * (trajectory.ts + self.delay)
 
     def floor(self) -> Float[Array, "..."]:
-        """Variance of the error that quantisation makes: step² / 12."""
+        """Variance of the quantisation error: step² / 12."""
         return jnp.zeros(()) if self.quantisation is None else self.quantisation**2 / 12
 
     def variance(self) -> Float[Array, "..."] | None:
-        """Variance of a recorded value, if it is known: σ² and that of quantisation."""
+        """Variance of a recorded value, σ² plus that of quantisation; `None` if σ is not known."""
         return None if self.sigma is None else self.sigma**2 + self.floor()
 
     def sampled(self, ts: Samples) -> Samples:
-        """The times at which the trajectory is to be sampled for a recording at `ts`."""
+        """The times at which to sample the trajectory for a recording at `ts`."""
         return ts - self.delay

@@ -1,4 +1,4 @@
-"""An oscillator between its stops, where its motion starts, and the sensor that watches it."""
+"""The system of an experiment: model, initial state, start time and sensor."""
 
 import equinox as eqx
 
@@ -10,7 +10,7 @@ from impactjax._types import Time
 
 
 class Start(eqx.Module):
-    """Time at which a run starts.
+    """Start of a simulation.
 
     - `t0`: time of the initial state [s].
     """
@@ -19,10 +19,10 @@ class Start(eqx.Module):
 
 
 class System(eqx.Module):
-    """All that has parameters in an experiment.
+    """All parts of an experiment that have parameters.
 
-    - `model`, `initial`, `start`, `sensor`: its parts.
-    - `unit`: of what is recorded.
+    - `model`, `initial`, `start`, `sensor`: the parts.
+    - `unit`: SI unit of the recorded quantity.
     """
 
     model: ImpactOscillator
