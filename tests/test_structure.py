@@ -168,3 +168,21 @@ def test_every_module_says_what_it_is():
     for module in modules():
         if not module.__name__.split(".")[-1].startswith("_"):
             assert module.__doc__, module
+
+
+OPENINGS = {"That", "Those", "Of", "What", "Whether", "Where", "Which", "How", "As", "If", "From"}
+
+
+def docstrings(path: Path) -> list[str]:
+    """Docstrings of a file, also those of attributes."""
+    nodes = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Expr)]
+    values = [node.value.value for node in nodes if isinstance(node.value, ast.Constant)]
+    return [inspect.cleandoc(value) for value in values if isinstance(value, str)]
+
+
+def test_docstrings_open_with_a_noun_or_verb_of_the_field():
+    for path in FILES:
+        for text in docstrings(path):
+            first = text.split()[0].strip(",.:;")
+            assert first not in OPENINGS, f"{path}: {text.splitlines()[0]}"
+            assert not text.startswith("The one "), f"{path}: {text.splitlines()[0]}"

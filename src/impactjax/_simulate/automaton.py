@@ -38,7 +38,7 @@ class Automaton(eqx.Module):
         return flow(self.model, t, y, mode)
 
     def guards(self, t: Scalar, y: State, mode: Mode) -> list[Scalar]:
-        """One value a transition; the transition happens when it falls through zero."""
+        """One value for each transition, which happens when its guard falls through zero."""
         return [each.guard(self.model, t, y, mode) for each in self.transitions]
 
     def jump(self, event: Code, t: Scalar, y: State, mode: Mode, context: Context) -> Jump:
@@ -71,8 +71,8 @@ class Automaton(eqx.Module):
         return flowed
 
     def _chatter(self, stop: RigidStop, t: Scalar, y: State, chattering: Flag) -> Tail:
-        """The series of a chatter; where there is none, anything whose reverse derivatives are
-        finite.
+        """The series of a chatter; without chatter, an arbitrary series whose reverse-mode
+        derivatives are finite.
         """
         moving = jnp.where(chattering, y.velocity, float(stop.wall.sign))
         series = tail(self.model, stop.wall, stop.law, t, y._replace(velocity=moving))
@@ -84,16 +84,15 @@ class Automaton(eqx.Module):
         return [(index, each) for index, each in numbered if isinstance(each, RigidStop)]
 
     def settling(self) -> list[int]:
-        """The number of the transition by which the mass settles in a stop, if there is one."""
+        """Numbers of the transitions by which the mass settles in a stop: one, or none."""
         return [i for i, each in enumerate(self.transitions) if isinstance(each, Settling)]
 
     def just_after(self, event: Code, mode: Mode, guards: list[Head]) -> list[Head]:
-        """Guards after an event, with their slopes and bends, without the rounding that would
-        repeat it.
+        """Guards just after an event, with their first and second derivatives, corrected for
+        rounding that would repeat the event.
 
-        A mass that has just begun to move does not stop at once: at slip both speed and
-        acceleration are zero, as they are at release from a stop, and the rounded acceleration may
-        point back.
+        Example: at slip, as at release from a stop, speed and acceleration are both zero. The
+        rounded acceleration may have the wrong sign, so that the mass would stop again at once.
         """
         moves = ~is_held(self.model, mode)
         cleaned = []
@@ -109,7 +108,7 @@ class Automaton(eqx.Module):
 
 
 def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:
-    """Everything that can end a mode of this model. The earliest in time wins."""
+    """All transitions that can end a mode of this model. The earliest in time happens."""
     found: list[AbstractTransition] = []
     for wall in walls(model):
         law = wall.stop.law
@@ -139,7 +138,7 @@ def with_internal(model: ImpactOscillator, position: Scalar, velocity: Scalar) -
 
 
 def initial_mode(model: ImpactOscillator, t: Scalar, y: State) -> tuple[Mode, Flag]:
-    """The mode of a state, and whether it lies inside a rigid stop."""
+    """The mode of a state, and a flag for a position inside a rigid stop."""
     phase, stop = jnp.int32(Phase.FLIGHT), jnp.int32(0)
     inside = jnp.zeros((), bool)
     for wall in walls(model):

@@ -1,4 +1,4 @@
-"""Where a rate falls through zero."""
+"""Chandrupatla's method for the point at which a rate falls through zero."""
 
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
@@ -11,13 +11,13 @@ from impactjax._model.root import implicit
 from impactjax._simulate.varying import alike
 from impactjax._types import Code, Flag, Scalar
 
-_MOST = 100  # evaluations; about eight do for a smooth rate
+_MOST = 100  # limit of evaluations; a smooth rate needs about eight
 
 Rate: TypeAlias = Callable[[Scalar, PyTree], Scalar]
 
 
 class Bracket(NamedTuple):
-    """An interval at whose ends a rate is above zero, and not."""
+    """An interval with a positive rate at one end, and a rate of zero or less at the other."""
 
     low: Scalar
     at_low: Scalar
@@ -31,7 +31,7 @@ class _End(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """The bracket between its newest end and the other one, and the end that was given up last."""
+    """The bracket between its newest end and the other one, and the end that was replaced last."""
 
     newest: _End
     other: _End
@@ -41,8 +41,8 @@ class _Search(NamedTuple):
 
 def falling_zero(rate: Rate, bracket: Bracket, parameters: PyTree) -> Scalar:
     """The s in a bracket at which rate(s, parameters) falls through zero, to rounding, with
-    derivatives of any order: by inverse quadratic interpolation where that is safe, and otherwise
-    by halves.
+    derivatives of any order. It uses inverse quadratic interpolation where that is safe, and
+    bisection otherwise.
 
     Source: Chandrupatla, Advances in Engineering Software 28, 145 (1997).
     """
@@ -69,7 +69,7 @@ def falling_zero(rate: Rate, bracket: Bracket, parameters: PyTree) -> Scalar:
 
 
 def _share(search: _Search) -> Scalar:
-    """How far to go from the newest end to the other one."""
+    """Next point, as a fraction of the way from the newest end to the other one."""
     (a, at_a), (b, at_b), (c, at_c), _ = search
     width = jnp.abs(b - a)
     place, height = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)

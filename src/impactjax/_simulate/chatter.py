@@ -1,9 +1,9 @@
 """Complete chatter: infinitely many impacts in finite time, summed in closed form.
 
-Once the impacts are so fast that the push A onto a rigid stop and the restitution r are constant
-over all that follow, the flights form a geometric series: each approach speed is
-w = u √((A − d)/(A + d)) after a separation speed u against dry friction d, each separation speed
-r w, and with ρ = r w / u the mass comes to rest after
+If the remaining series is so short that the acceleration A towards a rigid stop and the restitution
+r are constant over it, its flights form a geometric series. After a separation speed u, against dry
+friction d, the approach speed is w = u √((A − d)/(A + d)), the next separation speed is r w, and
+with ρ = r w / u the mass comes to rest after
 
     T = u (1/(A + d) + (w/u)/(A − d)) / (1 − ρ),        2 u / (A (1 − r)) without friction.
 """
@@ -23,22 +23,22 @@ from impactjax._types import Flag, Scalar
 
 
 class Chatter(eqx.Module):
-    """When a series of impacts is summed rather than followed.
+    """Condition under which a series of impacts is summed instead of simulated one by one.
 
     **Arguments:**
 
-    - `below`: only impacts slower than this fraction of the fastest one so far are summed, so that
-      all others appear in the impact log. Whatever it is, the series is summed only where the sum
-      is as accurate as the tolerance, by bounds of push, resistance and restitution over all of it
-      (interval arithmetic). Where equations of your own hold an operation that has no such bounds,
-      impacts go on one by one until numbers cannot resolve them.
+    - `below`: only impacts slower than this fraction of the fastest one so far are summed; all
+      others appear in the impact log. In any case a series is summed only if the sum is as accurate
+      as the tolerance, by bounds of push, resistance and restitution over all of it (interval
+      arithmetic). If equations of your own contain an operation without such bounds, impacts are
+      simulated until floating-point numbers cannot resolve them.
     """
 
     below: float = eqx.field(default=1e-3, static=True)
 
 
 def push(model: ImpactOscillator, wall: Wall, t: Scalar, velocity: Scalar) -> Scalar:
-    """Free acceleration towards a stop, of a mass at the stop with some velocity."""
+    """Free acceleration towards a stop of a mass at that stop with a given velocity."""
     at_stop = State(jnp.broadcast_to(wall.place(), jnp.shape(velocity)), velocity)
     return -wall.sign * free_acceleration(model, t, at_stop)
 
@@ -62,7 +62,7 @@ class Tail(NamedTuple):
 
 
 def harmless(like: Scalar) -> Tail:
-    """A series without zeros and infinities."""
+    """An arbitrary series without zeros and infinities."""
     one = jnp.ones_like(like)
     return Tail(one, one, one, one / 2, 2 * one)
 
@@ -82,7 +82,7 @@ def tail(model: ImpactOscillator, wall: Wall, law: AbstractImpactLaw, t: Scalar,
 
 
 class Scale(NamedTuple):
-    """The motion of a lane so far, with which errors of a sum are compared."""
+    """Scales of a lane's motion so far, with which errors of a sum are compared."""
 
     fastest: Scalar  # approach speed, in units of the coordinate
     longest: Scalar  # step of a flight [s]
@@ -98,8 +98,9 @@ def is_summable(
     tolerance: Scalar,
     chatter: Chatter,
 ) -> Flag:
-    """Whether a series may be summed: what varies during it does not show, and the mass reaches no
-    other stop; or it is too short, or too low, for numbers to resolve it.
+    """True if a series may be summed: its push, resistance and restitution are constant within the
+    tolerance, and it reaches no other stop; or it is too short, or too low, for floating-point
+    numbers to resolve it.
     """
     series = tail(model, wall, law, t, y)
     ends = (series.falling > 0) & (series.ratio >= 0) & (series.ratio < 1) & (series.speed >= 0)
@@ -121,8 +122,8 @@ def is_summable(
 def _relative_change(
     model: ImpactOscillator, wall: Wall, law: AbstractImpactLaw, t: Scalar, series: Tail
 ) -> Scalar:
-    """By how much push, resistance and restitution can differ over twice the series' duration,
-    height and speeds, relative to what remains of the push; infinite where nothing need remain.
+    """Largest relative change of push, resistance and restitution over twice the series' duration,
+    height and speeds, relative to the least net push; infinite if that may vanish.
     """
 
     def pushing(t: Scalar, clearance: Scalar, velocity: Scalar) -> Scalar:
@@ -149,7 +150,7 @@ def _relative_change(
 
 
 def _reaches_nothing(model: ImpactOscillator, wall: Wall, series: Tail) -> Flag:
-    """Whether a series stays clear of all other stops."""
+    """True if a series reaches no other stop."""
     others = [other for other in walls(model) if other.index != wall.index]
     apart = [other.clearance(wall.place()) > 2 * series.height() for other in others]
     return jnp.all(jnp.stack([jnp.ones((), bool), *apart]))

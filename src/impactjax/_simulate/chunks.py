@@ -1,7 +1,7 @@
-"""Rows in chunks, those beyond the last one in use left out.
+"""Maps and scans over rows in chunks, without the chunks beyond the last row in use.
 
-A chunk stands behind a condition. Where the condition is a plain number under `vmap`, unused chunks
-cost nothing; and what a chunk returns is computed once, however many use it.
+Each chunk is a branch of a condition. If the condition is not batched under `vmap`, unused chunks
+cost nothing. The compiler also computes the result of a branch only once, for all its uses.
 """
 
 from collections.abc import Callable
@@ -67,7 +67,7 @@ def map_some(
 
 @jax.custom_batching.custom_vmap
 def _most(count: Array) -> Array:
-    """The largest count of all lanes: one plain number under `vmap`."""
+    """The largest count of all lanes, which `vmap` does not batch."""
     return count
 
 

@@ -57,8 +57,8 @@ def coefficients_of_restitution(
     **Arguments:**
 
     - `law`: the force law, which may be your own.
-    - `speed`: of approach, of any shape [m/s].
-    - `mass`: of the speed's shape or one for all [kg].
+    - `speed`: approach speed, of any shape [m/s].
+    - `mass`: mass, of the speed's shape or one for all [kg].
     - `tolerance`: as for `simulate`.
     """
     v, m = jnp.broadcast_arrays(as_parameter(speed), as_parameter(mass))
@@ -112,9 +112,9 @@ Meter = tuple[Internal, Float[Array, "..."], Energy]  # the law's own state, imp
 
 
 class _Metered(AbstractForceLaw):
-    """A law that counts the impulse and the work of its force on the mass.
+    """A law with the impulse and the work of its force as further internal states.
 
-    They do not start from zero, where their relative error would not fall with the step.
+    They do not start at zero, since their relative error there would not decrease with the step.
     """
 
     law: AbstractForceLaw

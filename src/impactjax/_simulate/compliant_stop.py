@@ -14,7 +14,7 @@ from impactjax._types import Flag, Scalar
 
 
 class Surface(AbstractTransition):
-    """The mass passes the place of the stop: inwards, contact begins; outwards, it is free."""
+    """Passage of the surface of the stop: inwards, contact begins; outwards, it ends."""
 
     wall: Wall
     law: AbstractForceLaw
@@ -49,8 +49,8 @@ class Surface(AbstractTransition):
 
 
 class PullFree(AbstractTransition):
-    """The contact force falls to zero: the mass separates inside the indentation, or, if it has
-    separated, comes to press again.
+    """Zero of the contact force inside the indentation: the mass separates or, if it has separated,
+    makes contact again.
     """
 
     wall: Wall
@@ -75,7 +75,7 @@ class PullFree(AbstractTransition):
         return Jump(y, Mode(phase, stop, mode.friction), jnp.ones((), bool))
 
     def leaves(self, t: Scalar, y: State) -> Flag:
-        """Whether the mass passes the surface outwards at the very moment.
+        """True if the mass passes the surface outwards at this moment.
 
         A force that vanishes with the penetration is zero there too.
         """

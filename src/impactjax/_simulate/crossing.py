@@ -1,8 +1,8 @@
-"""Where a polynomial first falls through zero, decided by its Bernstein coefficients.
+"""First zero of a polynomial with a falling sign, isolated by its Bernstein coefficients.
 
-On [0, 1] a polynomial has at most as many roots as its Bernstein coefficients have sign changes,
-and as many up to an even number (Descartes). So no change proves that there is no root and one
-change that there is exactly one; with more the question is open, and the answer is a shorter step.
+The number of roots in [0, 1] is at most the number of sign changes of the Bernstein coefficients,
+and differs from it by an even number (Descartes' rule of signs). No change proves that there is no
+root, one change that there is exactly one. With more changes the step has to be shorter.
 """
 
 import math
@@ -21,16 +21,16 @@ _NEWTON_STEPS = 7
 class Crossing(NamedTuple):
     """The first passage from positive to negative on [0, 1]."""
 
-    fraction: Scalar  # where; infinity if there is none
-    unclear: Flag  # two passages may hide; look at a shorter interval
+    fraction: Scalar  # its place; infinity if there is none
+    unclear: Flag  # there may be two passages; a shorter interval is needed
 
 
 class Signs(NamedTuple):
-    """What a sequence of Bernstein coefficients tells."""
+    """Signs of a sequence of Bernstein coefficients."""
 
     first: Code  # sign of the first coefficient that is not zero
     changes: Code
-    guess: Scalar  # about where the sequence first falls through zero
+    guess: Scalar  # approximate place at which the sequence first falls through zero
 
 
 def bernstein(coefficients: Sequence[Scalar]) -> list[Scalar]:
@@ -46,7 +46,7 @@ def bernstein(coefficients: Sequence[Scalar]) -> list[Scalar]:
 
 
 def signs(control: Sequence[Scalar]) -> Signs:
-    """Sign changes of Bernstein coefficients, zeros passed over."""
+    """Sign changes of Bernstein coefficients, ignoring zeros."""
     sign = first = changes = jnp.zeros((), jnp.int32)
     guess = jnp.ones_like(control[0])
     found = jnp.zeros((), bool)
@@ -68,12 +68,16 @@ def signs(control: Sequence[Scalar]) -> Signs:
 def first_crossing(
     coefficients: Sequence[Scalar], settle: Flag, margin: Scalar | float = 0.0
 ) -> Crossing:
-    """The first w in [0, 1] at which Σ aₖ wᵏ falls from positive to negative.
+    """The first w in [0, 1] at which p(w) = Σ aₖ wᵏ falls from positive to negative.
 
-    A start at or below zero that falls is a crossing at w = 0; a start at or below zero that rises
-    is none. Where the polynomial is only known up to `margin` between its ends, a
-    passage that this could hide is unclear. With `settle`, the interval is too short for doubt:
-    only the sign at its end counts.
+    By the signs of the Bernstein coefficients:
+
+    - all negative, or p(0) ≤ 0 with p′(0) < 0: a crossing at w = 0
+    - all positive, or first negative with one change (p rises): no crossing
+    - first positive with one change: the root, by Newton's method
+    - several changes, or several after subtracting `margin`, the error of p between its ends, or no
+      convergence: unclear
+    - unclear with `settle`, for an interval too short to divide: a crossing at w = 1 if p(1) < 0
     """
     control = bernstein(coefficients)
     first, changes, guess = signs(control)
@@ -91,15 +95,17 @@ def first_crossing(
 
 
 def shortened(h: Scalar, fraction: Scalar, t: Scalar) -> Scalar:
-    """A shorter step after an unclear one from `t`: it has the event found, if any, inside it, and
-    is one that time can resolve.
+    """A shorter step after an unclear one from `t`. It contains the event found, if any, and is
+    long enough for the resolution of time.
     """
     least = 4 * jnp.finfo(t.dtype).eps * jnp.abs(t)
     return jnp.minimum(h / 2, jnp.maximum(2 * jnp.minimum(fraction, 1.0) * h, least))
 
 
 def _root(coefficients: Sequence[Scalar], guess: Scalar) -> tuple[Scalar, Flag]:
-    """The only root in (0, 1] of a polynomial that is positive before it: Newton in a bracket."""
+    """The only root in (0, 1] of a polynomial that is positive before it, by Newton's method within
+    a bracket.
+    """
     low, high = jnp.zeros_like(guess), jnp.ones_like(guess)
     root = guess
     value = correction = jnp.ones_like(guess)
@@ -110,7 +116,7 @@ def _root(coefficients: Sequence[Scalar], guess: Scalar) -> tuple[Scalar, Flag]:
         high = jnp.where(value > 0, high, root)
         correction = value / jnp.where(slope == 0, jnp.ones_like(slope), slope)
         newton = root - correction
-        # At the root rounding decides on which side it lies; to halve would throw it away.
+        # Close to the root its side of the bracket is decided by rounding: bisection would lose it.
         close = jnp.abs(correction) <= 4 * np.finfo(guess.dtype).eps * root
         taken = close | ((newton >= low) & (newton <= high))
         root = jnp.where(value == 0, root, jnp.where(taken, newton, (low + high) / 2))

@@ -1,4 +1,4 @@
-"""Which step a model takes if nobody says."""
+"""The default step of a model."""
 
 import math
 from collections.abc import Hashable
@@ -19,16 +19,15 @@ from impactjax._simulate.taylor_step import LOWEST_ORDER, TaylorStep
 
 
 def natural_step(model: ImpactOscillator, tolerance: ArrayLike) -> AbstractStep:
-    """A Taylor step where the equations of motion are analytic, a Runge-Kutta step otherwise."""
+    """A Taylor step if the equations of motion are analytic, a Runge-Kutta step otherwise."""
     leaves, structure = jax.tree.flatten(model)
     shapes = tuple(jnp.shape(leaf) for leaf in leaves)
     return TaylorStep(natural_order(tolerance)) if _is_analytic(structure, shapes) else RungeKutta()
 
 
 def natural_order(tolerance: ArrayLike) -> int:
-    """The order p = 1 − ln(tolerance) / 2, rounded up, for which a Taylor series costs the least
-    for each unit of time, and at least the lowest there is; a tolerance that is traced counts as
-    1e-12.
+    """The order p = 1 − ln(tolerance) / 2, rounded up, at which a Taylor series has the least cost
+    per unit of time; at least the lowest order possible. A traced tolerance counts as 1e-12.
 
     Source: Jorba and Zou, Experimental Mathematics 14 (2005), section 3.
     """
@@ -38,7 +37,7 @@ def natural_order(tolerance: ArrayLike) -> int:
 
 @cache
 def _is_analytic(structure: Hashable, shapes: tuple[tuple[int, ...], ...]) -> bool:
-    """Whether models of a structure with parameters of such shapes have Taylor series."""
+    """True if models of this structure, with parameters of these shapes, have Taylor series."""
 
     def expand(*leaves: Array) -> object:
         model = jax.tree.unflatten(structure, leaves)

@@ -1,4 +1,4 @@
-"""Whether a lane can run, and whether it went well."""
+"""Result codes of a lane: checks before the run and after each pass."""
 
 import jax
 import jax.numpy as jnp
@@ -14,7 +14,7 @@ from impactjax._types import Flag, Scalar
 
 
 def admitted(run: Run) -> RESULTS:
-    """Whether a lane can run at all, or why not."""
+    """`successful` if a lane can run, or the reason why it cannot."""
     span = run.t1 - run.t0
     _, inside = initial_mode(run.model, run.t0, run.y0)
     held = [jnp.ones((), bool), *(each.holds for each in run.model.requirements())]
@@ -27,7 +27,9 @@ def admitted(run: Run) -> RESULTS:
 
 
 def motion(run: Run, point: Point, outcome: Outcome) -> Scalar:
-    """How far from zero a step ends and how long a way it is; at rest, the way of a free mass."""
+    """Scale of the motion in a step: the larger of the distance of its end from zero and the way
+    covered; at rest, the way of a free mass.
+    """
     t, y, _, _ = point
     way = outcome.h**2 * free_acceleration(run.model, t, y)
     position, velocity, _ = outcome.y
@@ -37,7 +39,7 @@ def motion(run: Run, point: Point, outcome: Outcome) -> Scalar:
 def diagnose(
     run: Run, point: Point, outcome: Outcome, after: State, in_range: Flag, motion: Scalar
 ) -> RESULTS:
-    """Whether anything went wrong in a pass."""
+    """`successful`, or the failure that a pass shows."""
     result = RESULTS.successful
     no_event = outcome.event == NO_EVENT
     stuck = (point.t + outcome.h == point.t) & (point.t < run.t1)

@@ -1,4 +1,4 @@
-"""Where a function of one sign comes closest to zero, from its values and slopes at some nodes."""
+"""Closest approach to zero of a function of one sign, from values and slopes at some nodes."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -7,10 +7,11 @@ Values = Float[Array, "... nodes"]
 
 
 def closest_to_zero(values: Values, slopes: Values) -> Float[Array, "..."]:
-    """Share of the whole at which it does so between two of the equidistant nodes, by the cubic
-    polynomial of Hermite in each of the parts; the middle of the first part where it does nowhere.
+    """Place of the closest approach to zero, as a share of the whole interval, by the cubic Hermite
+    polynomial between each pair of equidistant nodes; the middle of the first part if there is
+    none.
 
-    The slopes are those over a part.
+    Slopes are derivatives by the share of a part.
     """
     a, b = values[..., :-1], values[..., 1:]
     m, n = slopes[..., :-1], slopes[..., 1:]
@@ -31,5 +32,5 @@ def closest_to_zero(values: Values, slopes: Values) -> Float[Array, "..."]:
 
 
 def _divided(x: Values, y: Values) -> Values:
-    """X / y, or a place outside where that is not finite."""
+    """Quotient x / y; a place outside the part if that is not finite."""
     return jnp.where(y != 0, x / jnp.where(y != 0, y, 1.0), -1.0)

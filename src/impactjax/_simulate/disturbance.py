@@ -1,7 +1,7 @@
-"""How fast a small disturbance of the state moves: it bounds the steps for the derivatives' sake.
+"""Bound of a step by the growth of a small disturbance of the state, for accurate derivatives.
 
-The motion itself need not show it: a mass at its equilibrium, or one that creeps in a stop, allows
-steps of any length, over which the derivative by its start would be wrong by any amount.
+The motion itself may not bound the step. A mass at its equilibrium, or one that creeps in a stop,
+allows steps of any length, but over a long step the derivative by the initial state would be wrong.
 """
 
 import jax

@@ -1,9 +1,10 @@
-"""Where a motion turns within a step, and where a contact force peaks.
+"""Extremes of a simulated motion: deepest penetration, peak force and nearest miss.
 
-Both are zeros of a rate that falls through zero inside a known step: that of the penetration, and
-that of the force. In flight the penetration of every stop is followed; in contact penetration and
-force of the stop that is touched. Each step is looked at in several places, so that two turns
-within one do not hide each other, and its ends count too: a step may end just where the mass turns.
+All are maxima of a *level* along the steps: the penetration of a stop (negative in flight), or its
+contact force. A maximum is a *turn*, where the rate of the level falls through zero inside a step,
+or an end of a step, since a step may end just where the mass turns. In flight the penetrations of
+all stops are followed; in contact penetration and force of the stop in contact. Each step is
+divided into parts, since two turns in one part would hide each other.
 """
 
 import functools
@@ -37,9 +38,13 @@ PerStep = Float[Array, " steps"]
 
 
 class Extremes(NamedTuple):
-    """Of each impact the deepest penetration [m] and the peak force [N], zero at a rigid stop; and
-    how close to a stop the mass turned before it, and the run ended on the way to it [m], infinite
-    without.
+    """Extremes of a run.
+
+    - `penetration`, `force`: deepest penetration [m] and peak force [N] of each impact; zero at a
+      rigid stop.
+    - `closest_turn`: least distance from a stop at which the mass turned in flight [m]; infinite
+      without such a turn.
+    - `end`: distance from a stop at the end of a run that ends on the way to it [m]; else infinite.
     """
 
     penetration: PerImpact
@@ -49,17 +54,17 @@ class Extremes(NamedTuple):
 
 
 class _Turns(NamedTuple):
-    """The highest turn of each track within each step, and whether there is one."""
+    """The highest turn of each track within each step, if there is one."""
 
     exists: Bool[Array, "steps tracks"]
     level: Float[Array, "steps tracks"]
 
 
 class _Falls(NamedTuple):
-    """Where the rate of a track may fall through zero within a step: between two of some places.
+    """Brackets of the turns of a track within a step.
 
-    - `s`, `rate`: time since the start of the step, and rate there.
-    - `exists`: in which of the parts between them it does.
+    - `s`, `rate`: nodes, as times since the start of the step, and rates there.
+    - `exists`: mask of the parts between two nodes in which the rate falls through zero.
     """
 
     s: Float[Array, "... nodes"]
@@ -68,7 +73,7 @@ class _Falls(NamedTuple):
 
 
 class _Highest(NamedTuple):
-    """The highest turn in the parts up to one."""
+    """The highest turn in all parts up to `part`."""
 
     part: Int[Array, ""]
     s: Scalar
@@ -83,7 +88,16 @@ def extremes(
     slots: Slots,
     count: int,
 ) -> Extremes:
-    """The extremes of a run of `count` impacts, where `slots` tells to which one a step belongs."""
+    """The extremes of a run of `count` impacts; `slots` has the number of each step's impact.
+
+    Three questions share one search for turns:
+
+    - nearest miss: the highest turn of all tracks in flight, or a stand before a stop, or the end
+      of the run on the way to a stop
+    - deepest penetration of an impact: the highest of the penetrations at the starts, ends and
+      turns of the steps in its contact
+    - peak force of an impact: likewise of the forces
+    """
     nothing, far = jnp.zeros(count, path.t.dtype), jnp.full_like(path.t[0], jnp.inf)
     if not walls(model):
         return Extremes(nothing, nothing, far, far)
@@ -121,7 +135,7 @@ def extremes(
 
 
 def _stands(model: ImpactOscillator, record: Record) -> Bool[Array, " steps"]:
-    """Whether a step ends because the mass comes to a stand."""
+    """Mask of the steps that end because the velocity becomes zero."""
     stands = jnp.zeros_like(record.log.taken)
     for index, transition in enumerate(Automaton(model).transitions):
         if isinstance(transition, Sliding):
@@ -134,8 +148,8 @@ def _at_ends(
 ) -> tuple[Float[Array, "steps tracks"], Float[Array, "steps tracks"]]:
     """The levels at the ends of each step, with derivatives.
 
-    Where a stop is touched or left the force may have an infinite slope; nothing is highest there
-    that is not so at the start of a step.
+    The derivative of a force may be infinite where contact begins or ends. Such ends are replaced
+    by the start of the step, which cannot hide a maximum.
     """
     log = record.log
     open_ended = (log.event == NO_EVENT) | _stands(model, record)
@@ -156,9 +170,11 @@ def _turns(
     tracks: Tracks,
     nodes: Nodes,
 ) -> _Turns:
-    """The turns of all tracks; where there is none, none is sought."""
+    """The highest turn of each track in each step, with derivatives by the implicit function
+    theorem. Steps without a turn are not searched.
+    """
     rate = nodes.rate
-    # Where an event ends the step a force may be zero because the contact has ended.
+    # At an event that ends the step, the rate of a force may be zero because contact has ended.
     ends = (record.log.event != NO_EVENT)[:, None] & (rate[..., -1] == 0)
     falls = (rate[..., :-1] > 0) & (rate[..., 1:] <= 0) & tracks.followed[..., None]
     falls = falls.at[..., -1].set(falls[..., -1] & ~ends)
@@ -181,7 +197,9 @@ def _turns(
 
 
 def _highest_turn(step: AbstractStep, falls: _Falls, at: PyTree) -> Scalar:
-    """When the level is highest of all its turns within a step, as a plain number."""
+    """Time of the highest turn within a step, without derivatives. It visits one bracketed part
+    after the other.
+    """
     (s, rate, exists), at = jax.lax.stop_gradient((falls, at))
     number = jnp.arange(exists.shape[0], dtype=jnp.int32)
 
@@ -207,7 +225,7 @@ def _level(step: AbstractStep, s: Scalar, at: PyTree) -> tuple[Scalar, Scalar]:
     model, (t, mode, expansion), which, exists = at
     y = step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
     value, rate, _ = (chosen(x, which) for x in levels_of(model, t + s, y, mode))
-    return value, jnp.where(exists, rate, -s)  # harmless where nothing turns
+    return value, jnp.where(exists, rate, -s)  # any falling rate, without a turn
 
 
 def _rate(step: AbstractStep, s: Scalar, at: PyTree) -> Scalar:
@@ -217,7 +235,7 @@ def _rate(step: AbstractStep, s: Scalar, at: PyTree) -> Scalar:
 def _highest(
     candidates: list[tuple[Bool[Array, " steps"], PerStep]], slots: Slots, count: int
 ) -> PerImpact:
-    """The highest of some candidates of each slot; zero without one."""
+    """The highest of some candidates for each slot; zero without a candidate."""
     among = jnp.concatenate([among for among, _ in candidates])
     value = jnp.concatenate([value for _, value in candidates])
     slots = jnp.where(among, jnp.tile(slots, len(candidates)), count)

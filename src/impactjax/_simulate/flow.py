@@ -12,7 +12,7 @@ from impactjax._types import Flag, Scalar
 
 
 class Wall(eqx.Module):
-    """A stop in its place: `sign` is the direction in which it pushes."""
+    """A stop with its side: `sign` is the direction in which it pushes."""
 
     index: int = eqx.field(static=True)
     sign: int = eqx.field(static=True)
@@ -42,8 +42,8 @@ def free_acceleration(model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
 def _penetration(model: ImpactOscillator, wall: Wall, y: State) -> tuple[Scalar, Scalar]:
     """Penetration of a stop [m], and its rate [m/s].
 
-    The sign is turned last: with a lever of 1 the compiler sees a sine of the clearance as one that
-    the oscillator may have taken.
+    The sign is changed last, so that with a lever of 1 the compiler can share a sine of the
+    clearance with the oscillator.
     """
     lever = model.oscillator.lever()
     return -(lever * wall.clearance(y.position)), -(lever * (wall.sign * y.velocity))
@@ -56,7 +56,7 @@ def contact_force(model: ImpactOscillator, wall: Wall, law: AbstractForceLaw, y:
 
 
 def driven_acceleration(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
-    """Acceleration by everything but resistance; contact acts in addition to the rest."""
+    """Acceleration by all forces except resistance, including contact."""
     acceleration = free_acceleration(model, t, y)
     inertia = model.oscillator.mass * model.oscillator.lever()
     for wall in walls(model):
@@ -68,18 +68,18 @@ def driven_acceleration(model: ImpactOscillator, t: Scalar, y: State, mode: Mode
 
 
 def has_resistance(model: ImpactOscillator) -> bool:
-    """Whether anything opposes the motion whatever its direction."""
+    """True if the oscillator has a resistance, such as dry friction or drag."""
     return model.oscillator.resistance(jnp.zeros(())) is not None
 
 
 def holding_resistance(model: ImpactOscillator, like: Scalar) -> Scalar:
-    """The resistance of a mass that stands still; zero if there is none."""
+    """The greatest acceleration against which a mass at rest sticks; zero without friction."""
     resistance = model.oscillator.resistance(jnp.zeros_like(like))
     return jnp.zeros_like(like) if resistance is None else resistance
 
 
 def is_held(model: ImpactOscillator, mode: Mode) -> Flag:
-    """Whether the mass does not move: it lies on or in a stop, or dry friction holds it."""
+    """True if the mass is at rest: on or in a stop, or held by dry friction."""
     held = (mode.phase == Phase.REST) | (mode.phase == Phase.SETTLED)
     if has_resistance(model):
         held = held | (mode.friction == 0)

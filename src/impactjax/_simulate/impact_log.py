@@ -1,4 +1,4 @@
-"""What happened at each impact."""
+"""The impact log: times, speeds, durations and extremes of all impacts."""
 
 from typing import NamedTuple
 
@@ -22,19 +22,19 @@ from impactjax._types import Scalar
 
 
 class ImpactLog(eqx.Module):
-    """One row an impact, in order of time; rows from `count` on are zero.
+    """One row for each impact, in order of time; rows from `count` on are zero.
 
-    - `time`: when the mass reaches the stop [s].
+    - `time`: time at which the mass reaches the stop [s].
     - `stop`: 0 for the lower stop of a model, 1 for the upper one, if it has both.
-    - `approach_speed`, `separation_speed`: before and after, positive [m/s]; the first is zero
-      where a contact resumes, inside the indentation, while the mass moves away.
+    - `approach_speed`, `separation_speed`: speeds before and after, positive [m/s]. The first is
+      zero if contact resumes inside the indentation while the mass moves away.
     - `restitution`: their ratio [1].
-    - `duration`: of the contact; zero at a rigid stop [s].
-    - `deepest_penetration`, `peak_force`: during the contact; zero at a rigid stop [m], [N].
+    - `duration`: duration of the contact; zero at a rigid stop [s].
+    - `deepest_penetration`, `peak_force`: of the contact; zero at a rigid stop [m], [N].
     - `energy_lost`: kinetic energy before minus after [J].
 
-    A contact that outlasts the run has no separation: `complete` is false there, and what needs the
-    separation is zero. The impacts of a summed chatter have no rows.
+    A contact that has not ended at the end of the run has no separation: `complete` is false there,
+    and values that need the separation are zero. The impacts of a summed chatter have no rows.
     """
 
     count: Int[Array, "..."]
@@ -51,13 +51,13 @@ class ImpactLog(eqx.Module):
 
     @property
     def happened(self) -> Bool[AnyArray, "... impacts"]:
-        """Which rows hold an impact."""
+        """Mask of the rows with an impact."""
         xp = namespace(self.count)
         return xp.arange(self.time.shape[-1], dtype=self.count.dtype) < self.count[..., None]
 
 
 class _Ends(NamedTuple):
-    """What the end of one step means for the impact log."""
+    """Contribution of the end of each step to the impact log."""
 
     begins: Bool[Array, " steps"]
     separates: Bool[Array, " steps"]
@@ -67,9 +67,7 @@ class _Ends(NamedTuple):
 
 
 class Impacts(NamedTuple):
-    """The impacts of a lane, how many there were, how close it came to one more, and by how much
-    they magnify errors.
-    """
+    """The impacts of a lane, their number, the nearest miss, and the magnification of errors."""
 
     log: ImpactLog
     total: Int[Array, ""]
@@ -80,7 +78,7 @@ class Impacts(NamedTuple):
 def impacts_of(
     step: AbstractStep, max_impacts: int, model: ImpactOscillator, path: Path, record: Record
 ) -> Impacts:
-    """The log has room for `max_impacts`."""
+    """The impact log of a lane, with `max_impacts` rows."""
     ends = jax.vmap(lambda path, log: _read(model, path, log))(path, record.log)
     number = jnp.cumsum(ends.begins, dtype=jnp.int32) - 1
     total = number[-1] + 1

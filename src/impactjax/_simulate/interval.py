@@ -1,8 +1,8 @@
 """Bounds of a function over a box: interval arithmetic on its jaxpr.
 
-Each primitive maps intervals of its operands to an interval that holds all its values; what is not
-known is bounded by nothing. Source: Moore, Interval Analysis (1966). Rounding is not directed
-outwards: a bound is as exact as the function itself.
+Each primitive maps intervals of its operands to an interval that contains all its values; a
+primitive without a rule gives (−∞, ∞). Source: Moore, Interval Analysis (1966). Rounding is not
+directed outwards: a bound is as exact as the function itself.
 """
 
 import math
@@ -20,13 +20,13 @@ from impactjax._types import Scalar
 
 
 class Interval(NamedTuple):
-    """All values from `low` to `high`; of a condition, `False` to `True` where it is open."""
+    """All values from `low` to `high`; `False` to `True` for an undecided condition."""
 
     low: Array
     high: Array
 
     def width(self) -> Array:
-        """How far its values lie apart at most."""
+        """Width high − low."""
         return self.high - self.low
 
 
@@ -35,7 +35,7 @@ Map: TypeAlias = Callable[..., Array]
 
 
 def bounds(function: Callable[..., Scalar], *box: Interval) -> Interval:
-    """An interval that holds all values of a function of scalars over a box."""
+    """An interval that contains all values of a function of scalars over a box."""
     closed = jax.make_jaxpr(function)(*[side.low for side in box])
     (found,) = read(closed.jaxpr, closed.consts, box, _rule)
     return _widened(found)
@@ -74,7 +74,7 @@ def _hull(values: list[Array]) -> Interval:
 
 
 def _of_corners(same: Map, operands: list[Operand]) -> Interval:
-    """Bounds of a map that is monotone in each operand, whichever the others: at the corners."""
+    """Bounds of a map that is monotone in each operand: the extremes are at the corners."""
     corners = [()]
     for operand in operands:
         ends = tuple(operand) if isinstance(operand, Interval) else (operand,)
@@ -83,7 +83,7 @@ def _of_corners(same: Map, operands: list[Operand]) -> Interval:
 
 
 def _rising(same: Map, params: dict, operands: list[Operand]) -> Interval:
-    """Bounds of a map that rises in all its operands, or moves them about."""
+    """Bounds of a map that increases in all its operands, or rearranges them."""
     del params
     each = [_widened(operand) for operand in operands]
     return Interval(same(*[side.low for side in each]), same(*[side.high for side in each]))
@@ -100,7 +100,7 @@ def _falling(same: Map, params: dict, operands: list[Operand]) -> Interval:
 
 
 def _above(least: float, otherwise: Callable) -> Callable:
-    """A rule for operands that stay above a number; else the value is bounded by nothing."""
+    """A rule that is valid for operands above `least`; otherwise the value is unbounded."""
 
     def rule(same: Map, params: dict, operands: list[Operand]) -> Interval:
         low, high = otherwise(same, params, operands)
@@ -187,7 +187,7 @@ def _wave(angle: Interval, wave: Map, crest: float) -> Interval:
 
 
 def _less(same: Map, params: dict, operands: list[Operand]) -> Interval:
-    """Truth of `a < b`: sure where it holds for the ends that make it the hardest."""
+    """Truth of `a < b`: decided if it is the same for all pairs of ends."""
     del params
     a, b = (_widened(operand) for operand in operands)
     return Interval(same(a.high, b.low), same(a.low, b.high))

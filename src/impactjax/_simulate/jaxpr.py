@@ -1,4 +1,4 @@
-"""A jaxpr, read equation by equation with another arithmetic than that of numbers."""
+"""Interpreter of a jaxpr with an arithmetic other than that of numbers."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias

@@ -1,4 +1,4 @@
-"""What a lane is to do, what it carries from pass to pass, and what it leaves behind."""
+"""Data of a lane: its task, its state between passes, and its log."""
 
 from typing import NamedTuple
 
@@ -14,18 +14,18 @@ from impactjax._types import Flag, Scalar
 
 
 class Run(eqx.Module):
-    """What a lane is to do: go from the state `y0` at `t0` to `t1`."""
+    """Task of a lane: to go from the state `y0` at `t0` to `t1`."""
 
     model: ImpactOscillator
     y0: State
     t0: Scalar
     t1: Scalar
     tolerance: Scalar
-    in_order: Flag  # whether the times asked for are
+    in_order: Flag  # true if the sample times increase
 
 
 class Log(NamedTuple):
-    """The steps of a lane, a row a pass."""
+    """The steps of a lane, one row for each pass."""
 
     t: Array  # start
     y: State  # at the start
@@ -33,14 +33,14 @@ class Log(NamedTuple):
     h: Array  # duration; zero where the pass took no step
     end: State  # at the end, before any jump
     event: Array  # the transition at the end, or NO_EVENT
-    taken: Array  # whether the pass took a step
+    taken: Array  # true if the pass took a step
 
 
 class Lane(NamedTuple):
-    """What a lane carries from pass to pass."""
+    """State of a lane between passes."""
 
     point: Point
-    begun: Scalar  # when its phase did [s]
+    begun: Scalar  # beginning of its phase [s]
     memory: PyTree
     scale: Scale
     motion: Scalar  # the largest so far: how far from zero, or how long a way, of the coordinate
@@ -50,10 +50,10 @@ class Lane(NamedTuple):
 
 
 class Record(NamedTuple):
-    """All that the loop leaves behind."""
+    """Result of the loop."""
 
     log: Log
     end: Point
     result: RESULTS
-    passes: Array  # of the whole batch, at least 1: one plain number, however many lanes there are
-    chatters: Array  # whether any lane of the batch has a summed chatter; likewise
+    passes: Array  # of the whole batch, at least 1; not batched
+    chatters: Array  # true if any lane of the batch has a summed chatter; not batched

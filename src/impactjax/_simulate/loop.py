@@ -1,7 +1,7 @@
 """The flat adaptive loop: one attempt at a step of every lane in each pass.
 
-It works on a batch of lanes itself, so that under `vmap` the pass counter stays a plain number and
-the log is written a row a pass. It is never differentiated: see `replay.py`.
+It handles the batch of lanes itself, so that under `vmap` the pass counter is not batched, and each
+pass writes one row of the log. It is never differentiated: see `replay.py`.
 """
 
 from collections.abc import Callable
@@ -54,7 +54,7 @@ def record_steps(step: AbstractStep, chatter: Chatter, max_steps: int, run: Run)
 
 
 def _of_lanes(change: Callable[[Array], Array], record: Record) -> Record:
-    """A record with what belongs to single lanes changed."""
+    """A record with a change of the arrays that have an axis of lanes."""
     log, end, result = jax.tree.map(change, (record.log, record.end, record.result))
     return Record(log, end, result, record.passes, record.chatters)
 
@@ -78,7 +78,7 @@ def _loop(step: AbstractStep, chatter: Chatter, max_steps: int, runs: Run) -> Re
         return alike((lanes, log, passes + 1, chatters | chatter_now), runs)
 
     def one_chunk(carry: _Carry) -> _Carry:
-        """A chunk of passes with a short log of its own, which stays in the cache."""
+        """A chunk of passes with its own short log, which stays in the processor's cache."""
         lanes, log, passes, chatters = carry
         begin = alike((lanes, rows(CHUNK), jnp.int32(0), chatters), runs)
         lanes, chunk, more, chatters = jax.lax.while_loop(unfinished, one_pass, begin)
@@ -97,7 +97,7 @@ def _loop(step: AbstractStep, chatter: Chatter, max_steps: int, runs: Run) -> Re
 
 
 def _pass(step: AbstractStep, chatter: Chatter, runs: Run, lanes: Lane) -> tuple[Lane, Log, Flag]:
-    """One attempt of every lane; what only few lanes need is left out when none does."""
+    """One attempt of every lane. Rare branches are skipped if no lane needs them."""
     outcomes = jax.vmap(lambda run, lane: _attempt(step, run, lane))(runs, lanes)
     outcomes = alike(outcomes, runs)
     chatters = jnp.any(lanes.point.mode.phase == Phase.CHATTER)
@@ -172,7 +172,7 @@ def _unless_chattering(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
 
 
 def _settled_or_not(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
-    """The outcome, with an end of the motion if the mass has settled in a compliant stop."""
+    """The outcome, with a transition to rest if the mass has settled in a compliant stop."""
     t, _, mode, _ = lane.point
     settles = outcome.accepted & (outcome.event == NO_EVENT)
     settles = settles & is_settled(
@@ -190,7 +190,7 @@ def _settled_or_not(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
 
 
 class _Arrival(NamedTuple):
-    """Where a step leads to, jump included."""
+    """State and mode after a step and its jump."""
 
     jump: Jump
     scale: Scale

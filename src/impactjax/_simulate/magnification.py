@@ -1,4 +1,4 @@
-"""By how much impacts that nearly graze magnify errors."""
+"""Magnification of errors by impacts that nearly graze a stop."""
 
 from functools import partial
 
@@ -29,16 +29,19 @@ def magnification(
 ) -> Scalar:
     """The largest factor by which an impact of a run, or a near miss, magnifies an error.
 
-    After a flight of width A and greatest speed V, an error of position before an impact at speed v
-    under the acceleration a becomes one of velocity, relative to V and A, larger by the factor
-    (1 + r) a A / (v V). A contact of duration T counts as one at no less than a T / π, a miss by
-    the distance m as an impact at √(2 a m). Source: Nordmark, J. Sound Vib. 145, 279 (1991).
+    An impact at speed v under the acceleration a turns a relative error of position before it into
+    a relative error of velocity after it, larger by the factor (1 + r) a A / (v V), with the width
+    A of the flight and its greatest speed V. A contact of duration T counts as an impact at a speed
+    of at least a T / π, a miss by the distance m as an impact at √(2 a m).
+
+    Source: Nordmark, J. Sound Vib. 145, 279 (1991).
 
     **Arguments:**
 
-    - `begins`: whether a step ends with an impact, and `number`: the impact's, or the last one's.
-    - `restitution`, `duration`: of each impact.
-    - `closest_turn`: to a stop, in flight [m].
+    - `begins`: mask of the steps that end with an impact.
+    - `number`: number of the impact at the end of each step, or of the last one before.
+    - `restitution`, `duration`: restitution and duration of each impact.
+    - `closest_turn`: least distance of a turn in flight from a stop [m].
     """
     one = jnp.ones_like(path.t[0])
     if not walls(model):

@@ -1,10 +1,10 @@
 """The logged steps as a smooth function of model, initial state, start and end.
 
-The loop is adaptive and cannot be differentiated. Its log can: each step is a smooth map of known
-duration, or of a duration that the event at its end fixes as an implicit function. Event times
-carry derivatives of their own, so that state and time move together and a jump map is simply
-applied; the saltation matrix is what comes out. The tangents are written with the same functions
-whose values they need, so that derivatives of any order are exact.
+The adaptive loop cannot be differentiated, but its log can. Each step is a smooth map of known
+duration, or of a duration that is an implicit function of its start, by the event at its end. Event
+times have their own derivatives, so the jump map is simply applied to state and time; the result is
+the saltation matrix. The tangents are computed with the same functions as the values, so that
+derivatives of any order are exact.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ _Carry: TypeAlias = tuple[Scalar, State]  # tangents of the next start: time and
 
 
 class Path(NamedTuple):
-    """The steps of a lane with derivatives, a row a pass."""
+    """The steps of a lane with derivatives, one row for each pass."""
 
     t: Array
     y: State
@@ -97,8 +97,18 @@ def _push_forward(
 ) -> tuple[_Carry, Path]:
     """Tangents of one step: of its start, its duration, its end, and of the next start.
 
-    `model` holds what varies, and `automaton` completes it with the constants. The last step lasts
-    until `t1`.
+    With the start (t, y), the duration h, the end x(h; t, y, p) and the parameters p:
+
+    - duration: dh = −dg/ġ for an event with the guard g(t + h, x) = 0. dg is the change of g at
+      fixed h, and ġ its rate along the flow. For the last step, which ends at t1, dh = dt1 − dt;
+      otherwise dh = 0.
+    - end: dx = (∂x/∂p) dp + (∂x/∂t) dt + (∂x/∂y) dy + ẋ dh
+    - next start: dt⁺ = dt + dh, and dy⁺ = dJ by the jump y⁺ = J(p, t + h, x)
+
+    Example: for a ball on a floor, with g = x, the first line is dh = −dx/v; together with the jump
+    v⁺ = −r v the three give the saltation matrix of an impact.
+
+    `model` holds the parameters that vary, and `automaton` completes it with the constants.
     """
     d_t, d_y = carry
     t, y, h, end, expansion = values
@@ -115,7 +125,9 @@ def _push_forward(
         return jax.jvp(flowed, (model, expansion, h), (d_model, d_expansion, d_h))[1]
 
     def reserve(model: ImpactOscillator, t: Scalar, y: State, h: Scalar, end: State) -> Scalar:
-        """Zero at the end of the step: the guard, or what is left of a summed chatter."""
+        """Function that is zero at the end of the step: the guard, or the time left of a summed
+        chatter.
+        """
         own = automaton(model)
         left = own.time_left(t, y, mode) - h
         guard = jnp.zeros_like(left)
@@ -137,10 +149,10 @@ def _push_forward(
     _, d_reserve = jax.jvp(reserve, place, (d_model, d_t, d_y, in_time, d_end))
     _, fall = jax.jvp(reserve, place, (*still[:3], jnp.ones_like(h), rate))
     d_h = jnp.where(h >= t1 - t, d_t1 - d_t, 0.0)
-    falls = happens & (fall != 0)  # at the end of a step that nothing fixes nothing falls
+    falls = happens & (fall != 0)  # no event, or one with a constant guard
     d_h = jnp.where(falls, -d_reserve / jnp.where(falls, fall, 1.0), d_h)
-    # Not d_end + rate * d_h: the slope of a force may jump at the surface or be infinite there, and
-    # what it multiplies is zero only in the sum.
+    # Not d_end + rate * d_h: the derivative of a force may be infinite or jump at the surface. Its
+    # factor vanishes only in the sum of both terms.
     d_end = pushed(d_model, d_expansion, d_h)
     _, d_end = jax.jvp(or_chatter, (model, t, y, end), (d_model, d_t, d_y, d_end))
     _, d_next = jax.jvp(jumped, (model, t + h, end), (d_model, d_t + d_h, d_end))
@@ -152,7 +164,7 @@ def _push_forward(
 
 
 def _jump(automaton: Automaton, event: Code, t: Scalar, end: State, mode: Mode) -> State:
-    """The state after an event whose next mode is known."""
+    """The state after an event."""
     unused = jnp.zeros_like(t)
     return automaton.jump(
         event, t, end, mode, Context(Scale(unused, unused), unused, Chatter())
@@ -170,9 +182,10 @@ def state_within(
     s: Scalar,
     delay: Scalar,
 ) -> State:
-    """The state a time `s` after the start of an expanded step, less its `delay` of value zero.
+    """The state at the time `s − delay` after the start of an expanded step. The delay is zero and
+    has derivatives only.
 
-    `chatters` tells whether any step of the batch may be a summed chatter.
+    `chatters` is true if any step of the batch may be a summed chatter.
     """
     flowed = step.evaluate(automaton, mode, expansion, s, delay)
     return _unless_chatter(automaton, chatters, t, y, mode, s - delay, flowed)

@@ -1,4 +1,4 @@
-"""When the mass lay at rest on a rigid stop."""
+"""The rest log: periods of rest on a rigid stop."""
 
 from typing import NamedTuple
 
@@ -15,12 +15,12 @@ Steps = Bool[Array, " steps"]
 
 
 class RestLog(eqx.Module):
-    """One row a rest, in order of time; rows from `count` on are zero.
+    """One row for each rest, in order of time; rows from `count` on are zero.
 
-    - `begin`: when the mass comes to rest: the end of an endless series of impacts [s].
-    - `end`: when it is released, or the run ends [s].
+    - `begin`: time at which the mass comes to rest, after an infinite series of impacts [s].
+    - `end`: time at which it is released, or the run ends [s].
     - `stop`: 0 for the lower stop of a model, 1 for the upper one, if it has both.
-    - `released`: whether the rest ended before the run did.
+    - `released`: true if the rest ended before the run.
     """
 
     count: Int[Array, "..."]
@@ -31,14 +31,14 @@ class RestLog(eqx.Module):
 
 
 class Rests(NamedTuple):
-    """The rests of a lane, and how many there were."""
+    """The rests of a lane, and their number."""
 
     log: RestLog
     total: Int[Array, ""]
 
 
 def rests_of(path: Path, log: Log, max_rests: int) -> Rests:
-    """The log has room for `max_rests`."""
+    """The rest log of a lane, with `max_rests` rows."""
     rests = log.taken & (log.mode.phase == Phase.REST)
     before = _just_before(rests, log.taken)
     after = _just_before(rests[::-1], log.taken[::-1])[::-1]
@@ -62,7 +62,7 @@ def rests_of(path: Path, log: Log, max_rests: int) -> Rests:
 
 
 def _just_before(rests: Steps, taken: Steps) -> Steps:
-    """Whether the step taken before each row, however many rows above, was at rest."""
+    """Mask of the rows whose last taken step before them was at rest."""
     numbers = jnp.where(taken, jnp.arange(taken.shape[0]), -1)
     latest = jnp.concatenate([jnp.full(1, -1), jax.lax.cummax(numbers)[:-1]])
     return (latest >= 0) & rests[latest]

@@ -14,9 +14,9 @@ from impactjax._types import Scalar
 
 
 class RigidStop(AbstractTransition):
-    """In flight, an impact at zero clearance; at rest, release when nothing pushes any more.
+    """In flight, an impact at zero clearance; at rest, release when the push vanishes.
 
-    A summed chatter ends by the clock, in rest; its guard is constant.
+    A summed chatter ends after a known duration, in rest; its guard is constant.
     """
 
     wall: Wall
@@ -61,6 +61,6 @@ class RigidStop(AbstractTransition):
         )
 
     def _holding(self, model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
-        """What keeps a mass at rest on the stop: the push onto it, and resistance."""
+        """Acceleration that keeps a mass at rest on the stop: the push onto it, and resistance."""
         still = jnp.zeros_like(y.velocity)
         return push(model, self.wall, t, still) + holding_resistance(model, still)

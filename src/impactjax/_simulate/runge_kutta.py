@@ -1,4 +1,4 @@
-"""A step by an explicit Runge-Kutta method of Diffrax's."""
+"""A step by an explicit Runge-Kutta method of Diffrax."""
 
 import math
 from collections.abc import Callable
@@ -20,8 +20,8 @@ from impactjax._types import Code, Flag, Scalar
 if TYPE_CHECKING:
     import diffrax
 
-_SAFETY = 0.9  # of the next step, to be accepted more often
-_SHRINK, _GROW = 0.2, 10.0  # how much one step may differ from the one before
+_SAFETY = 0.9  # safety factor of the next step
+_SHRINK, _GROW = 0.2, 10.0  # limits of the ratio of successive steps
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
 _SLOW = 1e-4  # of the largest speed: errors of a slower mass need not be smaller
@@ -30,7 +30,7 @@ Value = TypeVar("Value", Scalar, list[Scalar])
 
 
 class _Expansion(NamedTuple):
-    """Where a step starts; its samples are steps of their own."""
+    """Start of a step; samples within it are computed as separate steps from there."""
 
     t: Scalar
     y: State
@@ -51,9 +51,9 @@ def _dopri8() -> "diffrax.AbstractERK":
 class RungeKutta(AbstractStep):
     """A step by an explicit Runge-Kutta method, for any equations of motion.
 
-    A step that ends beyond an event is retaken shorter, by Newton's method, until it ends on it.
-    Guards are watched inside the step through their quintic Hermite polynomial. A sample within a
-    step is the step retaken up to there.
+    A step that ends beyond an event is repeated with a shorter duration, by Newton's method, until
+    it ends on the event. Guards are checked inside the step through their quintic Hermite
+    polynomials. A sample within a step is computed by a shorter step from the same start.
 
     **Arguments:**
 
@@ -100,10 +100,12 @@ class RungeKutta(AbstractStep):
             self.solver, automaton, start.t, start.y, start.mode, h, _SLOW * speed
         )
         ratio = error / (_LOCAL * tolerance)
-        ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # far too long a step may overflow
+        ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # overflow: the step is much too long
         accurate = ratio <= 1
         factor = jnp.clip(_SAFETY * jnp.maximum(ratio, 1e-30) ** (-1 / order), _SHRINK, _GROW)
 
+        # Accepted if accurate and clear, and either without an event ahead (`plain`), or ending on
+        # it (`landed`), or with it at the start, as a step of duration zero (`at_once`).
         settle = h <= _RESOLUTION * guess
         event, fraction, unclear = _first_event(automaton, start, end, h, memory.target, settle)
         found = accurate & (event != NO_EVENT)
@@ -157,10 +159,10 @@ def _stepped(
     slowest: Scalar,
 ) -> tuple[State, Scalar]:
     """The state after `h`, and its error relative to the motion of the step, whose speed counts as
-    `slowest` at least.
+    at least `slowest`.
 
-    The velocity that the mass would have if nothing held it is integrated along: it bounds the
-    step at rest too.
+    The velocity that the mass would have without friction and stops is integrated too, so that it
+    limits the step at rest as well.
     """
     leaves, structure = jax.tree.flatten(y)
     leaves = [*leaves, y.velocity]
@@ -189,7 +191,7 @@ def _stepped(
 
 
 def _advanced(leaves: list[Array], h: Scalar, weights: np.ndarray, stages: list) -> list[Array]:
-    """Y + h Σ wⱼ kⱼ, leaf by leaf."""
+    """Sum y + h Σ wⱼ kⱼ, leaf by leaf."""
     weighted = [(float(w), stage) for w, stage in zip(weights, stages, strict=False) if w != 0]
     return [
         leaf + h * sum((w * stage[i] for w, stage in weighted), jnp.zeros_like(leaf))
@@ -200,7 +202,7 @@ def _advanced(leaves: list[Array], h: Scalar, weights: np.ndarray, stages: list)
 def _first_guess(automaton: Automaton, start: Point, tolerance: Scalar, order: int) -> Scalar:
     """A first step from the time scales of the driven acceleration.
 
-    The third one is that of a mass which is released and at first has no acceleration either.
+    The third one is needed for a mass that is released and initially has no acceleration either.
     """
 
     def acceleration(t: Scalar, y: State) -> Scalar:
@@ -229,16 +231,15 @@ def _along_flow(
     y: State,
     mode: Mode,
 ) -> Value:
-    """Time derivative of a function of time and state on the way that the mode's flow goes."""
+    """Time derivative of a function of time and state along the flow of the mode."""
     return jax.jvp(function, (t, y), (jnp.ones_like(t), automaton.flow(t, y, mode)))[1]
 
 
 def _first_event(
     automaton: Automaton, start: Point, end: State, h: Scalar, target: Code, settle: Flag
 ) -> tuple[Code, Scalar, Flag]:
-    """The first transition on a step, where it happens as a fraction of it, and any doubt.
-
-    The transition being landed on counts even where the step ends just short of it.
+    """The first transition on a step, its place as a fraction of the step, and a flag if it is
+    unclear. The transition `target` also counts if the step ends just before it.
     """
     before = _guard_jets(automaton, start.t, start.y, start.mode)
     after = _guard_jets(automaton, start.t + h, end, start.mode)
@@ -278,7 +279,7 @@ def _watched(
     h: Scalar,
     settle: Flag,
 ) -> Crossing:
-    """The first crossing of the quintic through two jets, in doubt by its distance to the cubic."""
+    """The first crossing of the quintic through two jets, known up to its distance to the cubic."""
     a0, a1, a2 = jet0[0], h * jet0[1], h**2 * jet0[2]
     b0, b1, b2 = jet1[0], h * jet1[1], h**2 * jet1[2]
     smooth = jnp.isfinite(a2) & jnp.isfinite(b2)

@@ -1,8 +1,8 @@
 """The state at the user's times, from the steps.
 
-Samples are taken in blocks of consecutive times. Each step that holds samples of a block is paired
-with it and evaluated at all its times at once, without a look-up a sample; each sample then picks
-the pair that it belongs to.
+Samples are grouped in blocks of consecutive times. Each step that contains samples of a block is
+paired with it and evaluated at all times of the block at once. Each sample then picks its value
+from the right pair. This avoids a look-up of the step for each sample.
 """
 
 from collections.abc import Callable
@@ -22,11 +22,11 @@ from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.varying import alike
 from impactjax._types import Samples, Scalar
 
-_BLOCK = 16  # samples
+_BLOCK = 16  # samples in a block
 
 
 class _Pairs(NamedTuple):
-    """Which step is evaluated at which block of samples, and where each sample finds its value."""
+    """Pairs of a step and a block of samples, and for each sample the place of its value."""
 
     step: Int[Array, " pairs"]
     block: Int[Array, " pairs"]
@@ -39,7 +39,7 @@ def sample(
     """Position and velocity at the times `ts`."""
     automaton = Automaton(model)
     log = record.log
-    # Behind a condition, so that the compiler computes it once, not anew for each of its uses.
+    # In a branch of a condition, so that the compiler does not compute it anew for each use.
     pairs = jax.lax.cond(
         record.passes > 0,
         lambda *each: alike(_pairs(*each), each),
@@ -47,7 +47,7 @@ def sample(
         log,
         ts,
     )
-    few = pairs.step.shape[0] < log.t.shape[0]  # so few that most steps hold no sample
+    few = pairs.step.shape[0] < log.t.shape[0]  # most steps contain no sample
     blocks = -(-ts.shape[0] // _BLOCK)
     times = jnp.pad(ts, (0, blocks * _BLOCK - ts.shape[0]), mode="edge").reshape(blocks, _BLOCK)
 
@@ -65,7 +65,7 @@ def sample(
         def at(s: Scalar) -> State:
             return state_within(step, automaton, record.chatters, t, y, mode, expansion, s, delay)
 
-        # Far outside the step its state may overflow, and zero times that is no derivative.
+        # Far outside the step the state may overflow, which would give NaN derivatives.
         s = times[block] - begin
         end = jax.lax.stop_gradient(h) + 8 * jnp.finfo(h.dtype).eps * jnp.abs(begin)
         return jax.vmap(at)(jnp.where((s >= 0) & (s <= end), s, 0.0))
@@ -79,11 +79,25 @@ def sample(
         )
         return values.reshape(-1)[pairs.place]
 
-    # Mapped one by one, so that the compiler can leave out what nobody uses.
+    # Mapped separately, so that the compiler can omit one that is not used.
     return column(lambda state: state.position), column(lambda state: state.velocity)
 
 
 def _pairs(log: Log, ts: Samples) -> _Pairs:
+    """The pairs of the steps in a log.
+
+    Example with blocks of 2 samples at ts = 0, 1, ..., 5 and steps that start at 0, 2.5, 2.7, 4:
+
+        step          0        1     2     3
+        its samples   0 1 2    -     3     4 5
+        its blocks    0 1      -     1     2
+
+        pairs (step, block)   (0, 0)  (0, 1)  (2, 1)  (3, 2)
+        first sample          0       2       3       4
+        place of the samples  0 1     2       5       6 7
+
+    Sample 3 is the second of block 1 and belongs to pair 2, so that its place is 2 · 2 + 1 = 5.
+    """
     samples, rows = ts.shape[0], log.t.shape[0]
     blocks = -(-samples // _BLOCK)
     count = min(blocks + rows, samples)  # each pair holds a sample
@@ -104,15 +118,18 @@ def _pairs(log: Log, ts: Samples) -> _Pairs:
 
 
 def _no_pairs(log: Log, ts: Samples) -> _Pairs:
+    """Pairs of the right shapes with arbitrary values."""
     samples, rows = ts.shape[0], log.t.shape[0]
     none = jnp.zeros(min(-(-samples // _BLOCK) + rows, samples), jnp.int32)
     return _Pairs(none, none, jnp.zeros(samples, jnp.int32))
 
 
 def _latest(starts: Array, length: int) -> Array:
-    """At each position, the number of the last start that is not beyond it.
+    """For each position from 0 to length − 1, the index of the last start at or before it.
 
-    Starts at `length` or later are left out; the others increase.
+    Starts at `length` or later are ignored; the others must increase. It is
+    `searchsorted(starts, arange(length), side="right") - 1` in linear time. Example: starts 0, 2, 3
+    and length 5 give 0, 0, 1, 2, 2.
     """
     numbers = jnp.arange(starts.shape[0], dtype=jnp.int32)
     latest = jax.lax.cummax(jnp.where(starts < length, numbers, 0))

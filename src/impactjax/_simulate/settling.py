@@ -1,7 +1,7 @@
 """The end of the motion in a compliant stop that catches the mass.
 
-Under a constant push the mass comes to rest in the indentation, while a stiff contact would go on
-to ask for short steps. Once all motion that is left cannot show, the mass is held where it is.
+Under a constant push the mass comes to rest in the indentation, but a stiff contact would still
+require short steps. Once all remaining motion is below the error allowed, the mass is held.
 """
 
 from typing import ClassVar
@@ -16,14 +16,14 @@ from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.transition import AbstractTransition, Context, Jump
 from impactjax._types import Flag, Scalar
 
-_UNSEEN = 1e-3  # motion left, as a fraction of the error allowed
-_INSIDE = 1e-2  # of the penetration
+_UNSEEN = 1e-3  # largest remaining motion, as a fraction of the error allowed
+_INSIDE = 1e-2  # largest remaining motion, as a fraction of the penetration
 
 
 class Settling(AbstractTransition):
-    """The mass comes to rest in a compliant stop, for good.
+    """Permanent rest of the mass in a compliant stop.
 
-    It happens at the end of a step, when `is_settled` says so; its guard is constant.
+    It happens at the end of a step if `is_settled` is true; its guard is constant.
     """
 
     guard_stays_zero: ClassVar[bool] = False
@@ -51,13 +51,13 @@ def is_settled(
     way: Scalar,
     speed: Scalar,
 ) -> Flag:
-    """Whether all motion from `t` to the end of a run leaves the mass in contact and is small
-    beside the error allowed, `tolerance` times the largest way and speed so far.
+    """True if all motion from `t` to the end of a run leaves the mass in contact and is small
+    compared with the error allowed, `tolerance` times the largest way and speed so far.
 
-    Near its equilibrium the mass moves as x″ + c x′ + s x = 0 and so no farther than
-    |x′|/κ + |x″|/κ² from where it is, with the slower of its rates, κ = min(√s, s/c). A disturbance
-    of the start has faded too, as exp(−κ′ (t − t₀)) with κ′ = min(c/2, s/c), which a mass that
-    starts in equilibrium does not show.
+    Near its equilibrium the mass moves by x″ + c x′ + s x = 0, and so at most |x′|/κ + |x″|/κ² from
+    its position, with the slower of its rates, κ = min(√s, s/c). A disturbance of the initial state
+    must have decayed too, by exp(−κ′ (t − t₀)) with κ′ = min(c/2, s/c). This is a condition of its
+    own for a mass that starts in equilibrium.
     """
 
     def acceleration(position: Scalar, velocity: Scalar) -> Scalar:

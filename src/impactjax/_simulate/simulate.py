@@ -47,33 +47,31 @@ def simulate(
     max_impacts: int = 64,
     chatter: Chatter = Chatter(),
 ) -> Trajectory:
-    """Free flight and contact of one lane, exact in value and derivative through every impact.
+    """Simulation of free flight and contact, with exact derivatives through every impact.
 
-    Works under `jit`, `vmap`, `jvp` and `vjp`, in any order and as often as wanted. Parameter
-    values never cause a retrace. A lane that fails says so in `result` and leaves all others as
-    they are.
+    Works under `jit`, `vmap`, `jvp` and `vjp`, in any combination. Parameter values never cause a
+    retrace. A lane that fails has a code in `result` and does not affect the others.
 
     **Arguments:**
 
     - `model`: the oscillator and its stops.
     - `initial`: the state at `t0`.
     - `ts`: times at which to sample, strictly increasing, shape (samples,) [s].
-    - `t0`: time of the initial state, not after the first sample [s]; if left out, that of the
-      first sample.
-    - `step`: how to step; if left out, a `TaylorStep` of the order that suits the tolerance where
-      the model's equations are analytic and `RungeKutta()` otherwise.
-    - `tolerance`: error allowed relative to the motion; if left out, 1e-8 in double and 1e-5 in
-      single precision. Its size decides the order of the step that is taken by itself, and so the
-      program: another order is compiled anew.
-    - `max_steps`: steps that a lane may take. Memory grows with it, computing time hardly does.
-    - `max_impacts`: rows of the impact log and of the rests.
-    - `chatter`: when to sum an endless series of impacts in closed form.
+    - `t0`: time of the initial state, not after the first sample [s]; by default that of the first
+      sample.
+    - `step`: integration method; by default a `TaylorStep` of the order that suits the tolerance if
+      the model's equations are analytic, `RungeKutta()` otherwise.
+    - `tolerance`: error allowed, relative to the motion; by default 1e-8 in double and 1e-5 in
+      single precision. The order of the default step depends on it, and a new order is compiled
+      anew.
+    - `max_steps`: most steps of a lane. Memory grows with it, computing time hardly does.
+    - `max_impacts`: rows of the impact log and of the rest log.
+    - `chatter`: condition for summing an infinite series of impacts in closed form.
 
-    **Raises** `ValueError` for what can be seen before the run: times that are not a strictly
-    increasing list of numbers, a tolerance that the floating-point type cannot give, limits below
-    one, a part of the model that is neither a number nor static, and `NotAnalytic` for a
-    `TaylorStep` asked of equations that have no Taylor series. All else is in the trajectory's
-    `result`.
+    **Raises** `ValueError` for errors that are visible before the run: times that are not a
+    strictly increasing list of numbers, a tolerance below the floating-point resolution, limits
+    below one, a part of the model that is neither a number nor static. **Raises** `NotAnalytic` for
+    a `TaylorStep` with equations that have no Taylor series. Other failures are in `result`.
     """
     return simulate_logged(
         model, initial, ts, t0, step, tolerance, max_steps, max_impacts, chatter, None
@@ -92,8 +90,8 @@ def simulate_logged(
     chatter: Chatter,
     logged: Flag | None,
 ) -> Trajectory:
-    """As `simulate`. What is told of impacts is computed if `logged` is true when the program runs,
-    and then without derivatives; else it is zero.
+    """Variant of `simulate`. The impact log is computed, without derivatives, if `logged` is true
+    when the program runs; otherwise it is zero.
     """
     check_kind("model", model, ImpactOscillator, "ImpactOscillator(Pendulum(13.0))")
     check_kind("initial", initial, InitialState, "InitialState(0.78)")
@@ -147,7 +145,7 @@ def _simulate(
     in_order = jnp.all(jnp.diff(ts) > 0) & (t0 <= ts[0])
     verdict = admitted(jax.lax.stop_gradient(Run(model, y0, t0, ts[-1], tolerance, in_order)))
     runs = verdict == RESULTS.successful
-    # The derivatives of a lane that cannot run must be finite: zero times them has to be zero.
+    # The derivatives of a lane that cannot run must be finite, since they are multiplied by zero.
     model, y0, start, times = jax.tree.map(
         lambda leaf: jnp.where(runs, leaf, jnp.ones_like(leaf)), (model, y0, t0, ts)
     )
@@ -177,7 +175,7 @@ def _simulate(
 
 
 def _if_asked(logged: Flag, tell: Callable[..., Impacts]) -> Callable[..., Impacts]:
-    """The result of a function where it is asked for, and zeros elsewhere; without derivatives."""
+    """A function whose result is zero unless `logged`, without derivatives."""
 
     def told(*where: PyTree) -> Impacts:
         where = jax.lax.stop_gradient(where)

@@ -1,4 +1,4 @@
-"""Settings of a simulation that others carry along."""
+"""Settings of the simulations in a fit."""
 
 import equinox as eqx
 

@@ -29,19 +29,19 @@ def single_impact(
     tolerance: ArrayLike | None = None,
     max_steps: int = 1024,
 ) -> Equivalents:
-    """What one impact on any force law comes to if nothing but the contact acts.
+    """Outcome of one impact on any force law, if no force but that of the contact acts.
 
-    Differentiable in the law, the speed and the mass. Where the law has a method `equivalents`,
-    that one is faster and exact. A mass that does not separate within a hundred times the time in
-    which the force would stop it counts as one that does not come back: its restitution is zero and
-    its contact lasts for ever; its depth is where it creeps to. Where the integration fails, all is
-    NaN.
+    Differentiable in the law, the speed and the mass. If the law has a method `equivalents`, that
+    one is faster and exact. A mass that does not separate within a hundred times the time in which
+    the force would stop it counts as one that does not come back: its restitution is zero, its
+    contact has infinite duration, and its depth is the limit of its creep. If the integration
+    fails, all values are NaN.
 
     **Arguments:**
 
     - `law`: the force law, which may be your own.
-    - `speed`: of approach, of any shape [m/s].
-    - `mass`: of the speed's shape or one for all [kg].
+    - `speed`: approach speed, of any shape [m/s].
+    - `mass`: mass, of the speed's shape or one for all [kg].
     - `step`, `tolerance`, `max_steps`: as for `simulate`.
     """
     v, m = jnp.broadcast_arrays(as_parameter(speed), as_parameter(mass))
@@ -75,9 +75,9 @@ def single_impact(
 
 
 def _creep(run: Trajectory) -> Length:
-    """How far a mass still goes that, at the end of a run, creeps on more and more slowly.
+    """Remaining way of a mass that creeps ever more slowly at the end of a run.
 
-    With a speed that falls from u to v in a time h by exp(−μ t), it is v/μ = v h/ln(u/v).
+    If the speed falls from u to v in a time h by exp(−μ t), it is v/μ = v h/ln(u/v).
     """
     before, at_end = -run.velocity
     creeps = (at_end > 0) & (before > at_end)

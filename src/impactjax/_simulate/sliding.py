@@ -12,7 +12,7 @@ from impactjax._types import Code, Scalar
 
 
 class Sliding(AbstractTransition):
-    """Sliding ends at zero velocity; sticking ends when the drive exceeds what holds the mass."""
+    """End of sliding at zero velocity, and of sticking when the drive exceeds the resistance."""
 
     guard_stays_zero: ClassVar[bool] = False
 

@@ -1,4 +1,4 @@
-"""The state of one lane: what is continuous (`State`) and what is discrete (`Mode`)."""
+"""The state of one lane: its continuous part `State` and its discrete part `Mode`."""
 
 import enum
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class State(NamedTuple):
 
 
 class Phase(enum.IntEnum):
-    """Which flow holds."""
+    """Phase of the motion, which decides the flow."""
 
     FLIGHT = 0  # no contact
     CONTACT = 1  # a compliant stop pushes
@@ -36,7 +36,7 @@ class Mode(NamedTuple):
     friction: Code  # sign of the sliding velocity; 0 where dry friction holds the mass
 
     def at(self, phase: Phase, stop: int) -> Flag:
-        """Whether this is `phase` at the stop numbered `stop`."""
+        """True in `phase` at the stop with the number `stop`."""
         return (self.phase == phase) & (self.stop == stop)
 
 

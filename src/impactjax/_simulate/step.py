@@ -1,4 +1,4 @@
-"""The interface of a step: how a lane moves in its own mode."""
+"""The interface of a step: integration of the flow of a mode."""
 
 import abc
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from impactjax._types import Code, Flag, Scalar
 
 
 class Point(NamedTuple):
-    """Where a step starts."""
+    """Start of a step."""
 
     t: Scalar
     y: State
@@ -21,7 +21,7 @@ class Point(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What one attempt at a step came to."""
+    """Outcome of one attempt at a step."""
 
     accepted: Flag
     h: Scalar  # the duration taken, or tried
@@ -31,9 +31,9 @@ class Outcome(NamedTuple):
 
 
 class AbstractStep(eqx.Module):
-    """Moves a state along the flow of its mode, and finds the first event on the way.
+    """Method that integrates the flow of a mode and finds the first event.
 
-    An event ends the step: its location is step-size control.
+    An event ends the step: its location is part of step-size control.
     """
 
     @abc.abstractmethod
@@ -62,7 +62,7 @@ class AbstractStep(eqx.Module):
 
     @abc.abstractmethod
     def expand(self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar) -> PyTree:
-        """What `evaluate` needs of a step of duration `h`, computed once for all its samples."""
+        """Data of a step of duration `h` for `evaluate`, computed once for all its samples."""
 
     @abc.abstractmethod
     def evaluate(
@@ -70,7 +70,6 @@ class AbstractStep(eqx.Module):
     ) -> State:
         """The state a time `s − delay` after the start of the step, as accurate as the step itself.
 
-        Smooth in everything: the derivatives of a simulation are those of this map. The delay is
-        zero, and only its derivatives count: they are those of the start of the step, which all
-        samples of the step share.
+        Smooth in all arguments: the derivatives of a simulation are those of this map. The delay is
+        zero; only its derivatives count, which are those of the start of the step.
         """

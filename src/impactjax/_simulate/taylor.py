@@ -57,7 +57,7 @@ def solution_series(
 
 
 def _at(operand: Operand, k: int, like: Scalar) -> Array:
-    """The coefficient of order k of anything."""
+    """The coefficient of order k of a series or a constant."""
     if isinstance(operand, list):
         return operand[k]
     value = jnp.asarray(operand, like.dtype)
@@ -65,13 +65,13 @@ def _at(operand: Operand, k: int, like: Scalar) -> Array:
 
 
 def _all_at(operands: list[Operand], k: int) -> list[Array]:
-    """The coefficients of order k of several operands, one of which at least is a series."""
+    """The coefficients of order k of several operands, at least one of which is a series."""
     like = next(operand[0] for operand in operands if isinstance(operand, list))
     return [_at(operand, k, like) for operand in operands]
 
 
 def _apply(program: Program, equation: JaxprEqn, operands: list[Operand]) -> Sequence[Operand]:
-    """The outputs of an equation; `program` gets what makes their series grow."""
+    """The outputs of an equation; functions that extend their series are added to `program`."""
     primitive, params = equation.primitive, equation.params
     if not any(isinstance(operand, list) for operand in operands):
         return unchanged(equation, operands)
@@ -90,7 +90,7 @@ def _apply(program: Program, equation: JaxprEqn, operands: list[Operand]) -> Seq
 
 
 def _widens(equation: JaxprEqn) -> bool:
-    """Whether an equation only writes floating-point numbers with at least as many digits."""
+    """True if an equation only converts to a floating-point type of at least the same precision."""
     if equation.primitive.name != "convert_element_type":
         return False
     operand = equation.invars[0].aval
@@ -107,7 +107,7 @@ def _grown(program: Program, rule: Callable[[int], Array]) -> Series:
     return series
 
 
-# `lax` rather than operators: what is traced ten thousand times need not be promoted and broadcast.
+# `lax` instead of operators: it traces faster, without promotion and broadcasting.
 
 
 def _product_coefficient(a: Series, b: Series, k: int) -> Array:

@@ -39,9 +39,9 @@ class _Polynomial(diffrax.AbstractLocalInterpolation):
 class Taylor(diffrax.AbstractSolver):
     """A Taylor-series method of any order, for `diffrax.diffeqsolve` and analytic vector fields.
 
-    The series comes from the vector field as it stands: its operations are read once and each has a
-    recurrence. The dense output is as exact as the steps. Source: Jorba & Zou, Experimental
-    Mathematics 14, 99 (2005).
+    The series is derived from the vector field itself: its jaxpr is read once, and each operation
+    has a recurrence. The dense output is as accurate as the steps. Source: Jorba & Zou,
+    Experimental Mathematics 14, 99 (2005).
 
     **Arguments:**
 
@@ -64,7 +64,7 @@ class Taylor(diffrax.AbstractSolver):
         return self.degree
 
     def init(self, terms: PyTree, t0: _Time, t1: _Time, y0: _State, args: PyTree) -> None:
-        """Nothing is carried from step to step."""
+        """The empty solver state."""
         del terms, t0, t1, y0, args
 
     def step(

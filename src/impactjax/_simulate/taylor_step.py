@@ -18,7 +18,7 @@ from impactjax._simulate.taylor import Series, solution_series
 from impactjax._types import Code, Flag, Scalar
 
 LOWEST_ORDER = 4
-_LONGEST = 100.0  # how much longer than the step before a step may be
+_LONGEST = 100.0  # largest ratio of a step to the one before
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural step
 _FLIGHTS = 2.0  # a step from the surface is at most as long as this many expected flights
 _LAST_TERM = 1.0  # the last term of the series allowed, as a fraction of the tolerance
@@ -40,8 +40,8 @@ class _Expansion(NamedTuple):
 class TaylorStep(AbstractStep):
     """A step by the Taylor series of the solution, for analytic equations of motion.
 
-    The step is as long as the series is accurate to the tolerance, without trial and error; events
-    are roots of its polynomials, isolated rigorously; the polynomial is the dense output.
+    The series gives the longest step within the tolerance, without trial and error. Events are
+    roots of its polynomials, isolated rigorously. The polynomial is the dense output.
 
     **Arguments:**
 
@@ -152,7 +152,9 @@ def _packed(y: State, position: Series, internal: list[Series], unit: Scalar) ->
 
 
 def _first_event(guards: list[Series], settle: Flag) -> tuple[Code, Scalar, Flag]:
-    """The first transition on a step, where it happens as a fraction of it, and any doubt."""
+    """The first transition on a step, its place as a fraction of the step, and a flag if it is
+    unclear.
+    """
     event, unclear = jnp.int32(NO_EVENT), jnp.zeros((), bool)
     fraction = jnp.full_like(guards[0][0], jnp.inf) if guards else jnp.asarray(jnp.inf)
     for index, guard in enumerate(guards):
@@ -165,7 +167,7 @@ def _first_event(guards: list[Series], settle: Flag) -> tuple[Code, Scalar, Flag
 
 
 def _if_free(velocity: Scalar, drive: Series, unit: Scalar) -> Series:
-    """The series of the velocity if nothing held the mass: it bounds the step at rest too.
+    """The series of the velocity without friction and stops, which also limits the step at rest.
 
     One term shorter than that of the position, of which it is the derivative.
     """
@@ -173,17 +175,24 @@ def _if_free(velocity: Scalar, drive: Series, unit: Scalar) -> Series:
 
 
 def _flight_time(guard: Series) -> Scalar:
-    """When a guard that rises from zero is expected back, were it a parabola; else infinity."""
+    """Time after which a guard that rises from zero returns, as a parabola; else infinity."""
     returns = (guard[0] == 0) & (guard[1] > 0) & (guard[2] < 0)
     return jnp.where(returns, -guard[1] / jnp.where(returns, guard[2], 1.0), jnp.inf)
 
 
 def _longest_accurate(speeds: list[Series], tolerance: Scalar) -> Scalar:
-    """The longest step, in units of the series, whose last terms are within the tolerance.
+    """The longest step w, in units of the series, whose last terms are within the tolerance ε.
 
-    They are compared with the largest of the first three terms over that step, and count as if all
-    terms from there fell evenly to the tolerance at the last one. The position follows from its
-    rate and needs no test of its own.
+    A series Σ aₖ wᵏ of order p passes if each of its last four terms is small compared with the
+    largest of its first three, on a geometric path from there to ε at the last term:
+
+        |aₖ| wᵏ ≤ max over j = 0, 1, 2 of |aⱼ| wʲ ε^((k − j)/(p − j)),
+
+    so w = min over k of max over j of (|aⱼ|/|aₖ|)^(1/(k − j)) ε^(1/(p − j)), computed with
+    logarithms. The position follows from its rate and needs no test of its own.
+
+    Source: generalises the step size of Jorba & Zou, Experimental Mathematics 14, 99 (2005),
+    section 3, to series with small or vanishing coefficients.
     """
     tiny = jnp.finfo(tolerance.dtype).tiny
     goal = jnp.log(_LAST_TERM * tolerance)
@@ -205,7 +214,8 @@ def _longest_accurate(speeds: list[Series], tolerance: Scalar) -> Scalar:
 def _last_terms(series: Series) -> list[tuple[Scalar | int, Scalar]]:
     """The last four terms with their powers; if all vanish, also the last one that does not.
 
-    A series may have gaps: at the surface of a cubic spring only t, t⁵, t⁹, ... are there.
+    A series may have gaps, so that a single last term may be zero and tells nothing. Example: at
+    the surface of a cubic spring it has only t, t⁵, t⁹, ...
     """
     last = len(series) - 1
     terms: list[tuple[Scalar | int, Scalar]] = [

@@ -1,4 +1,4 @@
-"""Which levels are followed in each step, and at which places they are looked at."""
+"""Levels that are followed in each step, and the nodes at which they are evaluated."""
 
 import functools
 from typing import NamedTuple
@@ -19,20 +19,20 @@ from impactjax._simulate.state import Mode, Phase
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Scalar
 
-_PARTS = 4  # of a step, each with at most one turn, and one of them with two
+_PARTS = 4  # parts of a step, each with at most one turn, except for one with two
 
 PerNode = Float[Array, "steps tracks nodes"]
 
 
 class Tracks(NamedTuple):
-    """Which levels are followed in each step."""
+    """Levels that are followed in each step."""
 
     level: Int[Array, "steps tracks"]
     followed: Bool[Array, "steps tracks"]
 
 
 class Nodes(NamedTuple):
-    """Places in a step, in order, at each of which a track is looked at."""
+    """Nodes in a step, in order, at which a track is evaluated."""
 
     share: PerNode  # of the step
     rate: PerNode
@@ -53,8 +53,8 @@ def tracks_of(model: ImpactOscillator, record: Record) -> Tracks:
 def nodes_of(
     step: AbstractStep, model: ImpactOscillator, path: Path, record: Record, tracks: Tracks
 ) -> Nodes:
-    """Where the parts of each step meet, and once more where two turns may hide between two of
-    these: where a rate of one sign comes closest to zero, by cubic interpolation.
+    """The ends of the parts of each step, and one more node between which two turns may be hidden:
+    where a rate of one sign comes closest to zero, by cubic interpolation.
     """
     model, path, log = jax.lax.stop_gradient((model, path, record.log))
     levels = jax.vmap(functools.partial(levels_of, model))

@@ -1,4 +1,4 @@
-"""What a simulation returns."""
+"""Result of a simulation."""
 
 import equinox as eqx
 from jaxtyping import Array, Float, Int
@@ -9,7 +9,10 @@ from impactjax._simulate.rest_log import RestLog
 
 
 class Stats(eqx.Module):
-    """How much work a lane was."""
+    """Statistics of a lane.
+
+    - `steps`: number of steps.
+    """
 
     steps: Int[Array, "..."]
 
@@ -17,23 +20,22 @@ class Stats(eqx.Module):
 class Trajectory(eqx.Module):
     """A simulated lane.
 
-    - `ts`: the times asked for [s].
-    - `position`: the coordinate at these times [rad] or [m].
+    - `ts`: sample times [s].
+    - `position`: coordinate at these times [rad] or [m].
     - `velocity`: its rate [rad/s] or [m/s].
     - `impacts`: the impact log.
-    - `rests`: when the mass lay on a rigid stop.
-    - `nearest_miss`: how close the mass came to a stop that it did not touch, at the closest turn
-      before one or at the end of the run on its way to one; infinite without [m]. Together with the
-      smallest approach speed in the impact log it tells how far the number of impacts is from
-      changing: derivatives hold as long as neither comes to zero.
-    - `magnification`: by how much a single impact, or near miss, magnifies an error at most, at
-      least 1 [1]. Large where the motion nearly grazes a stop: errors are then about the tolerance
-      times this number, and several such impacts multiply theirs.
-    - `result`: what became of the lane.
-    - `stats`: how much work it was.
+    - `rests`: the rest log.
+    - `nearest_miss`: least distance from a stop without touching it, at a turn in flight or at the
+      end of a run on the way to a stop; infinite without either [m]. Together with the smallest
+      approach speed in the impact log it shows how far the number of impacts is from changing:
+      derivatives are valid as long as neither vanishes.
+    - `magnification`: largest factor by which a single impact or near miss magnifies an error; at
+      least 1 [1]. It is large if the motion nearly grazes a stop: errors are then about the
+      tolerance times this number. The factors of several such impacts multiply.
+    - `result`: result code.
+    - `stats`: number of steps.
 
-    At the time of an impact samples show the state after it. Samples beyond the point where a lane
-    failed are NaN.
+    At the time of an impact, samples show the state after it. Samples after a failure are NaN.
     """
 
     ts: Float[Array, "... samples"]

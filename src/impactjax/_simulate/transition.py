@@ -1,4 +1,4 @@
-"""What can end a mode: a guard and a jump."""
+"""The interface of transitions: a guard and a jump, which end a mode."""
 
 import abc
 from typing import ClassVar, NamedTuple
@@ -12,7 +12,7 @@ from impactjax._types import Flag, Scalar
 
 
 class Context(NamedTuple):
-    """What a jump may ask about the lane."""
+    """Data of the lane for a jump."""
 
     scale: Scale
     tolerance: Scalar
@@ -24,14 +24,14 @@ class Jump(NamedTuple):
 
     state: State
     mode: Mode
-    in_range: Flag  # whether the law was asked within its range
+    in_range: Flag  # false if the law is not valid at this speed
 
 
 class AbstractTransition(eqx.Module):
     """A directed event: it happens when the guard falls through zero."""
 
     guard_stays_zero: ClassVar[bool]
-    """Whether the guard is zero, up to rounding, just after the event."""
+    """True if the guard is zero, up to rounding, just after the event."""
 
     @abc.abstractmethod
     def guard(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:

@@ -1,4 +1,4 @@
-"""Values that vary over the same mesh axes, inside `jax.shard_map`."""
+"""Adjustment of the mesh axes over which values vary, inside `jax.shard_map`."""
 
 import functools
 import operator
