@@ -41,13 +41,13 @@ FORCES = {
 
 
 @pytest.mark.parametrize("kind", FORCES)
-def test_what_is_not_known_to_be_analytic_is_refused(kind):
+def test_unknown_primitives_get_no_taylor_step(kind):
     model = ij.ImpactOscillator(ij.BouncingBall(9.81), ij.Stop(Own(kind)))
     with pytest.raises(ValueError, match="equations of motion"):
         ij.simulate(model, ij.InitialState(0.1), np.array([0.2]), t0=0.0, step=ij.TaylorStep())
 
 
-def test_a_wider_number_is_the_same_number():
+def test_conversion_to_wider_float_is_analytic():
     def field(t, y):
         del t
         return [-jax.lax.convert_element_type(y, jnp.float64)]

@@ -66,7 +66,7 @@ PENDULUM = ij.Pendulum(10.0, 0.01)
         ("Hz", "1/s"),
     ],
 )
-def test_units_are_read(unit, read):
+def test_units_are_parsed(unit, read):
     found = dimensions(unit, {"n": 1.5, "p": 0.5, "q": 0.5 + 0.5, "alpha": 0.25})
     if unit == "N s^q/m^(p+q)":
         read = "kg/(m^0.5 s)"
@@ -75,7 +75,7 @@ def test_units_are_read(unit, read):
 
 
 @pytest.mark.parametrize("unit", ["furlong", "m^", "(m", "m)", "s//", "unit of the quantity"])
-def test_units_that_are_none_are_not_guessed(unit):
+def test_invalid_units_are_not_parsed(unit):
     assert dimensions(unit) is None or unit == "s//"
 
 
@@ -97,7 +97,7 @@ def scaled(law, length, mass):
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_units_of_laws_say_how_they_scale(name):
+def test_units_of_laws_give_their_scaling(name):
     """Twice the metre and thrice the kilogram: the same restitution, six times the force."""
     seen = FirstLook(
         ij.FreeMass(2.0),
@@ -146,7 +146,7 @@ def test_lever_and_mass_of_a_pendulum():
     assert resting(linear, angle, "omega_n", "omega0", "gamma") == {}
 
 
-def test_mass_on_a_line():
+def test_linear_oscillator_depends_on_no_lever():
     spring = system(ij.LinearOscillator(10.0), ij.Hertz(1e6), unit="m")
     found = resting(spring, samples(ij.Displacement()), "omega_n", "k", "x0")
     assert shown(found) == {"k": ("k/mass", "1/(m^0.5 s²)")}
@@ -154,7 +154,7 @@ def test_mass_on_a_line():
     assert resting(heavy, samples(ij.Displacement()), "omega_n", "k", "x0") == {}
 
 
-def test_gravity_behind_impact_times():
+def test_impact_times_depend_on_gravity():
     ball = system(ij.BouncingBall(), ij.LinearRestitution(0.8, 0.1), unit="s", velocity=1.4)
     ball = eqx.tree_at(lambda each: each.initial.position, ball, jnp.asarray(0.0))
     heard = ij.ImpactTimes(jnp.array([0.0, 1.0, 1.5]))
@@ -169,7 +169,7 @@ def test_gravity_behind_impact_times():
     )
 
 
-def test_record_that_knows_the_scale_itself():
+def test_displacement_record_fixes_the_length_scale():
     """A fall in metres beside an assumed gravity, a force in newtons beside an assumed mass."""
     ball = system(ij.BouncingBall(), ij.Restitution(0.8), unit="m")
     found = resting(ball, samples(ij.Displacement()), "r", "x0")
@@ -183,7 +183,7 @@ def test_record_that_knows_the_scale_itself():
     assert shown(freed) == {"k": ("k/mass", "1/(m^0.5 s²)"), "gain": ("gain·mass", "kg")}
 
 
-def test_stated_stiffness_knows_metre_and_kilogram():
+def test_stated_stiffness_fixes_length_and_mass_scale():
     found = resting(system(PENDULUM, ij.Simon(1e6, 0.3)), samples(ij.Angle()), "omega_n", "c")
     assert {name: rest.powers for name, rest in found.items()} == {"omega_n": None, "c": None}
 
@@ -199,7 +199,7 @@ class Odd(AbstractImpactLaw):
         return self.r
 
 
-def test_unit_that_cannot_be_read_rests_on_all():
+def test_parameter_with_unreadable_unit_depends_on_all_assumptions():
     rest = resting(system(PENDULUM, Odd(0.5)), samples(ij.Angle()), "omega_n", "r")["r"]
     assert (set(rest.on), rest.powers) == ({"length", "mass"}, None)
 
@@ -220,7 +220,7 @@ def fitted() -> ij.Fitted:
     return ij.compare(ij.prepare(recording, laws=["linear-restitution"])).best
 
 
-def test_value_without_the_assumption_is_the_true_one(fitted):
+def test_scale_free_value_is_the_true_one(fitted):
     estimate, known = fitted.estimate, given(fitted)
     lever = GRAVITY / TRUTH["omega_n"] ** 2
     assert abs(float(estimate.value("alpha")) - TRUTH["alpha"] * LEVER / lever) < 4 * float(
@@ -238,7 +238,7 @@ def test_value_without_the_assumption_is_the_true_one(fitted):
     np.testing.assert_allclose(own.error, expected, rtol=1e-6)
 
 
-def test_sentence_page_and_document_say_it(fitted):
+def test_assumptions_appear_in_sentences_page_and_document(fitted):
     (said,) = given_sentences(fitted)
     assert said.startswith("alpha rests on length = 0.0681 m (not stated; that of a point mass")
     assert re.search(r"tells alpha·length: 0\.01\d+ ± 0\.000\d+ s/rad\.$", said)
@@ -257,7 +257,7 @@ def test_sentence_page_and_document_say_it(fitted):
     assert not alpha["assumed"]
 
 
-def test_stated_values_are_no_assumptions(fitted):
+def test_stated_values_are_not_listed_as_assumptions(fitted):
     stated = fitted._replace(stated=("length", "mass", "gap"))
     assert given_sentences(stated) == []
     (fit,) = document([ij.Comparison("x", (stated,))])["fits"]
@@ -266,7 +266,7 @@ def test_stated_values_are_no_assumptions(fitted):
     assert not fit["parameters"]["gap"]["assumed"]
 
 
-def test_all_that_is_taken_as_given_is_listed(fitted):
+def test_page_lists_all_assumptions(fitted):
     said = " ".join(taken(fitted))
     assert "On it rests: alpha." in said
     assert "mass = 1 kg (not stated; the default). On it rests: no value." in said
@@ -275,7 +275,7 @@ def test_all_that_is_taken_as_given_is_listed(fitted):
     assert "no low-pass" in said
 
 
-def test_print_says_it(fitted):
+def test_printed_estimate_names_assumptions(fitted):
     lines = dict(each.split(" = ", 1) for each in str(fitted.estimate).splitlines() if "=" in each)
     assert lines["alpha"].endswith("s/m (identified, given length)")
     assert lines["omega_n"].endswith("rad/s (identified)")

@@ -46,27 +46,27 @@ def run(how: str, **environment: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(
     ("how", "tried"), [("work", ["fast", "end"]), ("abort", ["fast", "safe", "end"])]
 )
-def test_an_aborted_attempt_is_made_again(how, tried):
+def test_aborted_attempt_is_repeated_with_safe_flags(how, tried):
     found = run(how)
     assert (found.returncode, found.stdout.split()) == (3, tried)
     assert ("trying again" in found.stderr) == (how == "abort")
 
 
-def test_what_the_environment_says_is_kept():
+def test_xla_flags_of_the_environment_are_kept():
     found = run("abort", XLA_FLAGS="--xla_cpu_enable_fast_math=false")
     assert found.returncode == 3
     assert found.stdout.split() == ["--xla_cpu_enable_fast_math=false", "end"]
 
 
 @pytest.mark.parametrize("environment", [{}, {"XLA_FLAGS": "--xla_cpu_enable_fast_math=false"}])
-def test_the_end_does_not_wait_for_threads(environment):
+def test_exit_does_not_wait_for_threads(environment):
     found = run("busy", **environment)
     assert (found.returncode, found.stdout.split()[-1]) == (3, "end")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
-def test_nothing_goes_on_when_the_command_is_killed(how):
+def test_child_ends_when_the_command_is_killed(how):
     clean = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
     with subprocess.Popen(
         [sys.executable, "-c", PROGRAM, "wait"], env=clean, stdout=subprocess.PIPE, text=True

@@ -36,7 +36,7 @@ def assert_one_sentence(message: str, says: tuple[str, ...]):
 
 
 @pytest.mark.parametrize("name", BY_THE_READER)
-def test_the_reader_says_what_is_wrong(name, tmp_path):
+def test_reader_error_messages(name, tmp_path):
     bad = CASES[name]
     with pytest.raises(ij.io.FileError) as caught:
         ij.io.read_recording(bad.write(tmp_path))
@@ -45,7 +45,7 @@ def test_the_reader_says_what_is_wrong(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_command_says_it_too(name, tmp_path):
+def test_command_shows_reader_error_messages(name, tmp_path):
     bad = CASES[name]
     run = CliRunner().invoke(app, ["fit", str(bad.write(tmp_path)), "--out", str(tmp_path / "out")])
     assert run.exit_code == 2
@@ -72,7 +72,7 @@ def test_the_command_says_it_too(name, tmp_path):
         (["missing [/b].csv"], ("missing [/b].csv", "check the name")),
     ],
 )
-def test_the_command_refuses_what_cannot_be_done(arguments, says, tmp_path, monkeypatch):
+def test_command_refuses_impossible_arguments(arguments, says, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "good.csv").write_bytes(GOOD)
     (tmp_path / "full").mkdir()
@@ -86,7 +86,7 @@ def test_the_command_refuses_what_cannot_be_done(arguments, says, tmp_path, monk
     assert (tmp_path / "full" / "fit.json").read_text() == "mine"
 
 
-def test_a_real_process_shows_no_traceback(tmp_path):
+def test_process_shows_no_traceback(tmp_path):
     path = RECORDINGS["word in a cell"].write(tmp_path)
     command = [sys.executable, "-W", "error", "-m", "impactjax", "fit", str(path)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -113,7 +113,7 @@ LINES = st.lists(st.lists(CELLS, max_size=3).map(", ".join), max_size=5)
         LINES.map(lambda x: "\n".join(x).encode("utf-8", "surrogatepass")),
     )
 )
-def test_any_content_is_read_or_refused(content, tmp_path_factory):
+def test_arbitrary_content_is_read_or_refused(content, tmp_path_factory):
     path = Bad(content, ()).write(tmp_path_factory.mktemp("any"))
     try:
         ij.io.read_recording(path)
@@ -140,7 +140,7 @@ def toml(tables: dict[str, dict[str, str]]) -> str:
 
 @settings(max_examples=300, deadline=None)
 @given(tables=st.dictionaries(TABLES, st.dictionaries(KEYS, VALUES, max_size=3), max_size=3))
-def test_any_sidecar_is_read_or_refused(tables, tmp_path_factory):
+def test_arbitrary_sidecar_is_read_or_refused(tables, tmp_path_factory):
     path = beside(toml(tables)).write(tmp_path_factory.mktemp("any"))
     try:
         ij.io.read_recording(path)

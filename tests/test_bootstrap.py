@@ -40,7 +40,7 @@ def autoregression(innovations: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("sigma", mostly_thorough([None, 0.08], 0.08))
-def test_white_noise_gives_the_errors_of_regression(sigma):
+def test_bootstrap_of_white_noise_gives_regression_errors(sigma):
     estimate = fitted(white(), None if sigma is None else ij.Sensor(sigma=sigma))
     found = ij.bootstrap(estimate, 1000)
     assert bool(np.all(found.converged))
@@ -51,7 +51,7 @@ def test_white_noise_gives_the_errors_of_regression(sigma):
     assert np.all(np.abs(found.bias) < 0.15 * estimate.standard_errors)
 
 
-def test_correlated_residuals_are_drawn_correlated():
+def test_bootstrap_noise_has_the_residuals_correlation():
     """An autoregression of 0.8 triples the errors."""
     estimate = fitted(autoregression(white()))
     found = ij.bootstrap(estimate, 1000)
@@ -59,7 +59,7 @@ def test_correlated_residuals_are_drawn_correlated():
     np.testing.assert_allclose(found.standard_errors, estimate.standard_errors, rtol=0.15)
 
 
-def test_the_drawn_noise_has_the_spectrum_of_an_autoregression():
+def test_bootstrap_noise_has_autoregressive_spectrum():
     """Autocovariances of the drawn noise: σ² 0.8ᵏ / (1 − 0.8²)."""
     scores = autoregression(np.random.default_rng(2).standard_normal(20000))
     keys = jax.random.split(jax.random.key(0), 200)
@@ -72,13 +72,13 @@ def test_the_drawn_noise_has_the_spectrum_of_an_autoregression():
 
 
 @thorough
-def test_one_seed_gives_one_answer():
+def test_bootstrap_is_reproducible_by_seed():
     estimate = fitted(white())
     one, same, other = (ij.bootstrap(estimate, 20, seed=seed).values for seed in (3, 3, 4))
     np.testing.assert_array_equal(one, same)
     assert not np.allclose(one, other)
 
 
-def test_one_record_is_refused():
+def test_bootstrap_refuses_a_single_replicate():
     with pytest.raises(ValueError, match="at least 2"):
         ij.bootstrap(fitted(white()), 1)

@@ -32,7 +32,7 @@ def rest_of_an_oscillator(c, omega_n, r):
 
 
 @pytest.mark.parametrize("gap", [-5e-2, -1e-2, -1e-3, -1e-4, -1e-5])
-def test_a_push_that_changes_with_position(gap):
+def test_chatter_under_position_dependent_push(gap):
     run = on_its_stop(gap, 10.0, 0.8)
     assert run.result == ij.RESULTS.successful
     expected = rest_of_an_oscillator(-gap, 10.0, 0.8)
@@ -40,7 +40,7 @@ def test_a_push_that_changes_with_position(gap):
 
 
 @pytest.mark.parametrize(("gap", "r", "speed"), [(1e-6, 0.8, 10.0), (1e-5, 0.9, 50.0)])
-def test_the_other_stop_is_not_passed(gap, r, speed):
+def test_chatter_does_not_pass_the_other_stop(gap, r, speed):
     law = ij.Stop(ij.Restitution(r))
     model = ij.ImpactOscillator(
         ij.BouncingBall(9.81), law, ij.Stop(ij.Restitution(r), jnp.asarray(gap))
@@ -107,7 +107,7 @@ def shaken(phase):
 
 
 @pytest.mark.parametrize("phase", np.linspace(1.5, 2.6, 12))
-def test_a_push_that_changes_with_time_also_about_its_extremum(phase):
+def test_chatter_under_time_dependent_push(phase):
     run = shaken(phase)
     expected = rest_of_a_shaken_ball(9.81, 0.5, 0.01, 20.0, phase, 0.02)
     assert abs(run.rests.begin[0] - expected) <= 1e-8 * expected
@@ -120,7 +120,7 @@ def coil(t, x, v):
     return -100.0 * jax.lax.fori_loop(0, 60, lambda _, force: force + (x - force) / 2, start)
 
 
-def test_an_oscillator_without_bounds_is_followed_impact_by_impact():
+def test_chatter_without_interval_bounds_is_not_summed():
     model = ij.ImpactOscillator(Own(law=coil), ij.Stop(ij.Restitution(0.4), -0.05))
     run = ij.simulate(
         model, ij.InitialState(0.1), jnp.array([2.0]), t0=0.0, max_steps=1024, max_impacts=256
@@ -130,7 +130,7 @@ def test_an_oscillator_without_bounds_is_followed_impact_by_impact():
     assert run.impacts.count > 15  # a sum that is bounded begins after nine
 
 
-def test_a_rest_after_an_impact_without_rebound_depends_on_the_restitution():
+def test_rest_after_plastic_impact_has_derivative_by_restitution():
     """The rest begins 2 r v / (g (1 − r)) after the impact, also where r is zero."""
 
     def begins(r):

@@ -48,13 +48,13 @@ def bounces(tmp_path_factory) -> Fitted:
     return fitted(folder, path, "--law", "restitution", "--law", "restitution")
 
 
-def test_version_and_nothing_else():
+def test_version_option():
     version = importlib.metadata.version("impactjax")
     assert impactjax("--version") == (0, f"impactjax {version}\n", "")
 
 
 @pytest.mark.parametrize("command", ["fit", "simulate"])
-def test_help_has_examples(command):
+def test_help_contains_examples(command):
     run = impactjax(command, "--help")
     assert (run.status, run.stderr) == (0, "")
     examples = [line for line in run.stdout.splitlines() if f"  impactjax {command} " in line]
@@ -63,14 +63,14 @@ def test_help_has_examples(command):
     assert "bouncing-ball" in run.stdout
 
 
-def test_without_a_command_there_is_help():
+def test_command_without_arguments_shows_help():
     run = impactjax()
     assert run.status == 2
     assert "fit" in run.stdout + run.stderr
     assert "simulate" in run.stdout + run.stderr
 
 
-def test_simulate_writes_what_it_was_asked_for(simulated):
+def test_simulate_command_writes_requested_samples(simulated):
     lines = simulated.read_text().splitlines()
     assert lines[0] == "time [s], angle [deg]"
     assert len(lines) == 402
@@ -78,7 +78,7 @@ def test_simulate_writes_what_it_was_asked_for(simulated):
     assert impactjax(*SWING) == (0, simulated.read_text(), "")
 
 
-def test_the_document_keeps_the_contract(found, simulated):
+def test_fit_json_schema(found, simulated):
     document = found.document
     assert set(document) == {"recording", "fits", "versions", "notes", "seed"}
     assert document["recording"] == str(simulated)
@@ -95,7 +95,7 @@ def test_the_document_keeps_the_contract(found, simulated):
     assert fit["bic"] - fit["aic"] == pytest.approx(6 * (math.log(401) - 2))
 
 
-def test_the_parameters_keep_the_contract(found):
+def test_fit_json_parameter_schema(found):
     units = {
         "omega_n": "rad/s",
         "zeta": "1",
@@ -136,14 +136,14 @@ def test_the_parameters_keep_the_contract(found):
 
 
 @pytest.mark.parametrize("name", TRUTH)
-def test_the_fit_recovers_what_was_simulated(found, name):
+def test_fit_command_recovers_simulated_parameters(found, name):
     low, high = found.parameter(name)["interval95"]
     assert low <= TRUTH[name] <= high
     if name in ("omega_n", "r", "theta0"):
         assert found.parameter(name)["verdict"] == "identified"
 
 
-def test_the_table_shows_the_same(found):
+def test_printed_table_agrees_with_fit_json(found):
     for name in TRUTH:
         assert re.search(
             rf"│ {name} +│ .* │ .* │ {found.parameter(name)['verdict']} +│", found.stdout
@@ -152,14 +152,14 @@ def test_the_table_shows_the_same(found):
 
 
 @needs_browser
-def test_a_browser_shows_its_page(found, tmp_path):
+def test_browser_shows_command_report(found, tmp_path):
     seen = look(found.page, tmp_path)
     assert len(seen.images) == found.page.count("<img") > 3
     assert min(seen.images) > 300  # pixels wide, and so not missing
     assert seen.console == []
 
 
-def test_impact_times_round_trip(bounces):
+def test_impact_times_round_trip_through_files(bounces):
     assert [fit["law"] for fit in bounces.document["fits"]] == ["restitution"]
     assert bounces.best["rms_residual"]["unit"] == "s"
     assert bounces.parameter("r")["value"] == pytest.approx(0.8, abs=1e-6)
@@ -169,7 +169,7 @@ def test_impact_times_round_trip(bounces):
     assert bounces.parameter("t0")["value"] == pytest.approx(math.sqrt(0.4 / 9.80665), abs=1e-6)
 
 
-def test_existing_files_are_kept_unless_forced(simulated, tmp_path):
+def test_existing_files_are_overwritten_only_with_force(simulated, tmp_path):
     out = tmp_path / "mine.csv"
     out.write_text("mine")
     run = impactjax("simulate", "--out", out)
@@ -193,20 +193,20 @@ def test_existing_files_are_kept_unless_forced(simulated, tmp_path):
         (["--out", "/proc/self"], "/proc/self cannot be written to"),
     ],
 )
-def test_fit_refuses_what_cannot_be_done(simulated, arguments, says):
+def test_fit_command_refuses_impossible_arguments(simulated, arguments, says):
     run = impactjax("fit", simulated, *arguments)
     assert (run.status, run.stdout) == (2, "")
     assert says in run.stderr
 
 
-def test_a_link_to_nowhere_is_not_written_through(simulated, tmp_path):
+def test_dangling_link_is_not_overwritten(simulated, tmp_path):
     (tmp_path / "fit.json").symlink_to(tmp_path / "elsewhere.json")
     run = impactjax("fit", simulated, "--out", tmp_path)
     assert (run.status, run.stdout) == (2, "")
     assert "fit.json exists; use --force" in run.stderr
 
 
-def test_what_came_to_be_meanwhile_is_kept(tmp_path):
+def test_output_created_during_fit_is_not_overwritten(tmp_path):
     path = tmp_path / "fit.json"
     write_texts([path], ["mine"], force=False)
     with pytest.raises(FileExistsError):
@@ -216,7 +216,7 @@ def test_what_came_to_be_meanwhile_is_kept(tmp_path):
     assert path.read_text() == "forced"
 
 
-def test_a_page_that_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch, capsys):
+def test_failed_page_leaves_no_files(tmp_path, monkeypatch, capsys):
     def failing(*given):
         raise RuntimeError("no page")
 
@@ -258,7 +258,7 @@ def test_a_page_that_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch,
         ([*ALIKE, "--out", ".", "--force"], "cannot be written"),
     ],
 )
-def test_simulate_refuses_what_cannot_be_done(arguments, says):
+def test_simulate_command_refuses_impossible_arguments(arguments, says):
     run = impactjax("simulate", *arguments)
     assert (run.status, run.stdout) == (2, "")
     (line,) = run.stderr.splitlines()
@@ -266,7 +266,7 @@ def test_simulate_refuses_what_cannot_be_done(arguments, says):
     assert says in line
 
 
-def test_length_and_units_are_heard():
+def test_length_and_units_of_set_option():
     """With a length the speed at the stop is theta_dot times it; no damping keeps the energy."""
     settings = "--set=omega_n=10", "--set=zeta=0", "--set=theta0=1000mrad"
     run = impactjax("simulate", "--impacts", *ALIKE, *settings)

@@ -35,7 +35,7 @@ def walton_restitution(z):
         return (1 + mpmath.re(w)) / z
 
 
-def test_restitution_of_the_digest():
+def test_restitution_against_reference_values():
     known = {
         0.01: 0.9933774543988525,
         0.1: 0.9374755799498943,
@@ -53,7 +53,7 @@ def test_restitution_of_the_digest():
 
 
 @thorough
-def test_restitution_and_its_derivative_to_the_last_digits():
+def test_restitution_and_derivative_to_rounding():
     zs = np.concatenate([np.logspace(-10, 2, 49), [300.0]])
     found = jax.vmap(separable_restitution)(jnp.asarray(zs))
     np.testing.assert_allclose(found, [float(walton_restitution(z)) for z in zs], rtol=1e-14)
@@ -72,7 +72,7 @@ def test_restitution_and_its_derivative_to_the_last_digits():
     np.testing.assert_allclose(at_zero, [1, -2 / 3, 8 / 9], rtol=1e-14)
 
 
-def test_both_branches_of_lambert():
+def test_lambert_function_on_both_branches():
     s = np.concatenate([-np.logspace(-9, 1, 21), np.logspace(-9, 1, 21)])
     with mpmath.workdps(60):
         z = [
@@ -83,7 +83,7 @@ def test_both_branches_of_lambert():
     np.testing.assert_allclose(z_over_s(jnp.asarray(s)), expected, rtol=1e-14)
 
 
-def test_damping_from_restitution_is_the_inverse():
+def test_damping_from_restitution_is_inverse():
     r = np.concatenate([[0.01, 0.05], np.linspace(0.1, 0.99, 10), [1 - 1e-6, 1.0]])
     speed = 0.7
     for law in (
@@ -130,7 +130,7 @@ def test_arc_ratio_is_smooth():
     assert abs(float(slope[5]) + 1 / 3) < 1e-14
 
 
-def test_hertz_in_the_textbook_form():
+def test_hertz_textbook_formulas():
     found = ij.Hertz(K).equivalents(SPEEDS, MASS)
     deepest = (5 * MASS * SPEEDS**2 / (4 * K)) ** 0.4
     ratio = 2 * math.sqrt(math.pi) * math.gamma(7 / 5) / math.gamma(9 / 10)
@@ -191,7 +191,7 @@ DERIVED = {
 
 
 @pytest.mark.parametrize("name", DERIVED)
-def test_derivatives_of_the_closed_forms(name):
+def test_derivatives_of_closed_forms(name):
     """By the damping (or the exponent) and by the speed, against differences of high order."""
 
     def outputs(x):

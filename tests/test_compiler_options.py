@@ -38,7 +38,7 @@ print(json.dumps([[(f(x) * x).tolist() for f in (slopes, expected)] for x in cas
 """
 
 
-def test_derivatives_are_right_where_kernels_round_differently():
+def test_derivatives_under_differently_rounding_kernels():
     environment = {**os.environ, "XLA_FLAGS": OPTIONS}
     run = subprocess.run(
         [sys.executable, "-c", PROGRAM], env=environment, capture_output=True, text=True, check=True

@@ -63,7 +63,7 @@ ROOTS = st.lists(st.floats(-1.0, 2.0), min_size=1, max_size=DEGREE).filter(apart
 
 @settings(max_examples=200, deadline=None)
 @given(roots=ROOTS, sign=st.sampled_from([-1, 1]))
-def test_known_roots_are_found_in_order(roots, sign):
+def test_first_crossing_of_known_roots(roots, sign):
     before = sign * (-1) ** len(roots)
     polynomial = before * np.polynomial.Polynomial.fromroots(roots)
     assume(polynomial(0.0) > 0)  # below zero is no side to start from
@@ -76,7 +76,7 @@ def test_known_roots_are_found_in_order(roots, sign):
     thousandths=st.lists(st.integers(-1000, 1000), min_size=DEGREE, max_size=DEGREE),
     start=st.floats(1e-3, 1),
 )
-def test_any_polynomial_agrees_with_numpy(thousandths, start):
+def test_first_crossing_agrees_with_numpy_roots(thousandths, start):
     polynomial = np.polynomial.Polynomial([start, *np.divide(thousandths, 1000)])
     roots = polynomial.roots() if np.any(polynomial.coef[1:]) else np.zeros(0)
     assume(np.all(np.abs(polynomial.deriv()(roots)) > 1e-4))  # no grazing: numpy is blind there
@@ -92,7 +92,7 @@ def test_any_polynomial_agrees_with_numpy(thousandths, start):
 
 @settings(max_examples=100, deadline=None)
 @given(middle=st.floats(0.05, 0.95), log_width=st.floats(-5, -1.5), far=st.floats(1.5, 5))
-def test_two_passages_in_one_step_are_not_missed(middle, log_width, far):
+def test_two_crossings_in_one_step_are_detected(middle, log_width, far):
     """There and back within the interval: a look at its ends alone sees nothing."""
     half = 10**log_width / 2
     polynomial = np.polynomial.Polynomial.fromroots([middle - half, middle + half, far, -far]) * -1
@@ -116,14 +116,14 @@ def test_two_passages_in_one_step_are_not_missed(middle, log_width, far):
         ([0.0], math.inf),  # lies on it
     ],
 )
-def test_on_the_surface(coefficients, expected):
+def test_first_crossing_from_surface(coefficients, expected):
     fraction, unclear = look(np.polynomial.Polynomial(coefficients))
     assert not unclear
     assert fraction == pytest.approx(expected, abs=1e-15)
 
 
 @pytest.mark.parametrize("step", [ij.TaylorStep(), ij.RungeKutta(diffrax.Dopri8())])
-def test_a_brief_dip_below_a_stop_is_an_impact(step):
+def test_brief_penetration_within_a_step_is_an_impact(step):
     """x = cos 5 t just reaches a stop at -gap: the depth is 1 - gap, the time arccos(-gap) / 5."""
     omega, depths = 5.0, [-1e-12, 1e-12, 1e-9, 1e-6, 1e-3]
 

@@ -23,7 +23,7 @@ def write(damage: Damage, folder):
 
 
 @pytest.mark.parametrize("name", READ)
-def test_what_can_be_read_is_read_right(name, tmp_path):
+def test_damaged_readable_files_are_read_correctly(name, tmp_path):
     found = ij.io.read_recording(write(READ[name], tmp_path)).recording
     assert isinstance(found, ij.Recording)
     valid = np.asarray(found.valid)
@@ -34,7 +34,7 @@ def test_what_can_be_read_is_read_right(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_cannot_be_used_is_refused_in_one_sentence(name, tmp_path):
+def test_unusable_files_are_refused_in_one_sentence(name, tmp_path):
     damage = REFUSED[name]
     path = write(damage, tmp_path)
     before = sorted(path.parent.iterdir())
@@ -50,11 +50,11 @@ def test_what_cannot_be_used_is_refused_in_one_sentence(name, tmp_path):
     assert sorted(path.parent.iterdir()) == before
 
 
-def test_there_are_enough_of_them():
+def test_damage_table_has_enough_variants():
     assert len(READ) + len(REFUSED) > 70
 
 
-def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+def test_pipe_is_refused_without_blocking(tmp_path):
     os.mkfifo(tmp_path / "record.csv")
     with pytest.raises(ij.io.FileError, match="no ordinary file"):
         ij.io.read_recording(tmp_path / "record.csv")
@@ -62,7 +62,7 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
         ij.io.read_recording(tmp_path.joinpath("/dev/zero"))
 
 
-def test_a_million_rows_that_say_too_much_are_refused(tmp_path):
+def test_record_too_varied_to_average_is_refused(tmp_path):
     """Noise, or a vibration too fast to be averaged."""
     fast = np.sin(np.arange(1_000_000) / 20)
     rows = "\n".join(f"{i}, {x:.4f}" for i, x in enumerate(fast.tolist()))

@@ -40,7 +40,7 @@ def edges(step):
 
 
 @pytest.mark.parametrize("step", STEPS)
-def test_a_rest_that_outlasts_the_run_ends_with_it(step):
+def test_derivatives_of_rest_at_end_of_run(step):
     value, *slopes = (each[REST] for each in edges(step))
     r, height, _, t1 = map(float, EDGES[REST])
     fall, loss = np.sqrt(2 * height / G), 1 - r
@@ -56,7 +56,7 @@ def test_a_rest_that_outlasts_the_run_ends_with_it(step):
 
 
 @pytest.mark.parametrize("step", STEPS)
-def test_a_single_sample_at_the_start_is_the_initial_state(step):
+def test_derivative_of_single_sample_at_start(step):
     """Its derivative by that state is one; by r it is zero."""
     value, *slopes = (each[START] for each in edges(step))
     np.testing.assert_array_equal(value[2:], EDGES[START, 1:3])
@@ -65,7 +65,7 @@ def test_a_single_sample_at_the_start_is_the_initial_state(step):
 
 
 @pytest.mark.parametrize("steps", [128, 32], ids=["runs", "fails"])
-def test_what_overflows_beyond_the_end_of_a_step_has_no_derivative(steps):
+def test_overflow_beyond_step_end_gives_no_nan_derivative(steps):
     """A ball thrown up against drag, x = ln(1 + d v t) / d. A step is followed to all times of a
     block of samples, and the drag grows with the square of the speed.
     """
@@ -108,7 +108,7 @@ LANES = [jnp.asarray(column) for column in zip(*GOOD, *BAD.values(), strict=True
 
 
 @pytest.mark.parametrize("step", mostly_thorough(STEPS, "Taylor"))
-def test_masked_lanes_leave_the_gradient_of_the_others(step):
+def test_masked_lanes_do_not_affect_gradients_of_others(step):
     """By a parameter that all lanes share, where the user masks those that did not run."""
 
     def all_told(gravity):
@@ -160,7 +160,7 @@ def told_of_a_ball(gravity, r, height, velocity, t0, times):
 
 
 @thorough
-def test_masked_lanes_with_a_compliant_stop():
+def test_masked_lanes_with_compliant_stop_have_finite_gradients():
     """The same by the frequency of a contact in which the lanes are."""
 
     def positions(omega0):

@@ -81,7 +81,7 @@ def test_derivatives_match_richardson(name):
 
 
 @pytest.mark.parametrize("alone", mostly_thorough(["r", "upper gap", "position"], "r"))
-def test_what_is_constant_changes_no_derivative(alone):
+def test_derivatives_with_constant_model_parts(alone):
     """Constants get no tangents; the derivative by all parameters at once knows no constants."""
     case = CASES["pendulum with dry friction, two stops"]
     i = case.names.index(alone)
@@ -125,14 +125,14 @@ def ball_derivatives(step: ij.AbstractStep | None, time: float, impacts: int):
 
 @pytest.mark.parametrize("step", mostly_thorough(STEPS, "Taylor", "Dopri8"))
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
-def test_ball_over_five_impacts_matches_the_closed_form(step, mode):
+def test_ball_derivatives_over_five_impacts_match_closed_form(step, mode):
     values, position, last = ball_closed_form(1.58, 5)
     found = jax.jit(mode(ball_derivatives(STEPS[step], 1.58, 5)))(jnp.array(values))
     np.testing.assert_allclose(found[0], position, rtol=1e-10)
     np.testing.assert_allclose(found[1], last, rtol=1e-10)
 
 
-def test_the_derivative_tests_can_fail(monkeypatch):
+def test_derivative_tests_can_fail(monkeypatch):
     """Without the event times' own derivatives, the saltation is lost."""
     values, position, _ = ball_closed_form(1.58, 5)
     whole = replay._push_forward
@@ -180,7 +180,7 @@ def test_second_derivatives_are_exact(name):
 
 
 @thorough
-def test_a_mass_that_slips_does_not_stick_again_by_rounding():
+def test_slipping_mass_does_not_stick_again_by_rounding():
     # At slip speed and acceleration are zero; a rounded acceleration that points back once made
     # the mass stick and slip for ever, or move on with an infinite derivative.
     def end(friction):

@@ -23,7 +23,7 @@ def descend(optimiser, cost, start, steps):
 
 
 @pytest.mark.parametrize("size", [2, 60])
-def test_rosenbrock(size):
+def test_gradient_descent_minimises_rosenbrock(size):
     """In forward mode, and in reverse."""
 
     def cost(x):
@@ -34,7 +34,7 @@ def test_rosenbrock(size):
     np.testing.assert_allclose(state.best, 1.0, atol=1e-6)
 
 
-def test_a_step_that_leads_nowhere_is_halved_and_counted():
+def test_non_finite_step_is_halved_and_counted():
     """x − ln x from 4 with steps of 6 x′ = −4.5: −0.5 has no logarithm, 1.75 has."""
     state = descend(optax.sgd(6.0), lambda x: jnp.sum(x - jnp.log(x)), [4.0], 3)
     assert state.history.refused == 1
@@ -43,7 +43,7 @@ def test_a_step_that_leads_nowhere_is_halved_and_counted():
     np.testing.assert_allclose(state.history.costs, expected)
 
 
-def test_the_best_point_is_kept():
+def test_gradient_descent_keeps_the_best_point():
     """A learning rate that is too large doubles the distance at every step."""
     state = descend(optax.sgd(3.0), lambda x: jnp.sum(x**2) / 2, [1.0], 5)
     np.testing.assert_allclose(state.point, 16.0)

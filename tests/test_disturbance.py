@@ -30,19 +30,19 @@ def swing(omega, zeta, times):
 
 
 @pytest.mark.parametrize("start", [0.0, 1e-14, 0.1])
-def test_an_oscillator_at_its_equilibrium(start):
+def test_derivative_of_oscillator_at_equilibrium(start):
     model = ij.ImpactOscillator(ij.LinearOscillator(10.0, 0.01), ij.Stop(ij.Restitution(0.5), 1.0))
     np.testing.assert_allclose(derivative(model, start), swing(10.0, 0.01, TIMES), atol=1e-7)
 
 
-def test_a_mass_at_equilibrium_in_a_stop():
+def test_derivative_of_mass_at_equilibrium_in_stop():
     law = ij.KelvinVoigt(100.0, 0.05)
     model = ij.ImpactOscillator(ij.BouncingBall(9.81), ij.Stop(law))
     slopes = derivative(model, -9.81 / 100.0**2)
     np.testing.assert_allclose(slopes, swing(100.0, 0.05, TIMES), atol=1e-7)
 
 
-def test_a_mass_that_creeps_in_a_stop():
+def test_derivative_of_mass_creeping_in_stop():
     g, omega0, gamma, times = 9.81, 100.0, 0.3, TIMES / 5
     model = ij.ImpactOscillator(ij.BouncingBall(g), ij.Stop(ij.Maxwell(omega0, gamma)))
     creep = 2 * gamma * omega0  # of the dashpot [1/s]
@@ -54,7 +54,7 @@ def test_a_mass_that_creeps_in_a_stop():
     np.testing.assert_allclose(slopes, expected, atol=1e-7)
 
 
-def test_a_base_that_stands_still():
+def test_derivative_by_zero_base_amplitude():
     frequency = 40.0
 
     def positions(amplitude):

@@ -64,7 +64,7 @@ WITH_PYTHON = [page for page in PAGES if programs(page.read_text())]
     mostly_thorough(WITH_PYTHON, *(page for page in WITH_PYTHON if page.name not in SLOW)),
     ids=lambda page: page.stem,
 )
-def test_python_prints_what_the_page_says(page, tmp_path, monkeypatch, capsys):
+def test_code_blocks_print_documented_output(page, tmp_path, monkeypatch, capsys):
     shutil.copytree(ROOT / "data", tmp_path / "data")
     monkeypatch.chdir(tmp_path)
     text = page.read_text()
@@ -78,7 +78,7 @@ def test_python_prints_what_the_page_says(page, tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
-def test_links_lead_somewhere(page):
+def test_links_are_valid(page):
     for link in LINK.findall(FENCE.sub("", page.read_text())):
         if link.startswith("https://"):
             continue
@@ -88,14 +88,14 @@ def test_links_lead_somewhere(page):
         assert not anchor or anchor in anchors(target.read_text()), link
 
 
-def test_every_page_is_in_the_index():
+def test_index_lists_every_page():
     index = (ROOT / "docs" / "index.md").read_text()
     assert {link for link in LINK.findall(index) if "/" not in link} >= {
         page.name for page in (ROOT / "docs").glob("*.md") if page.name != "index.md"
     }
 
 
-def test_the_checks_can_fail():
+def test_documentation_checks_can_fail():
     with pytest.raises(AssertionError):
         assert_same_output("r = 0.577", "r = 0.59")
     with pytest.raises(AssertionError):

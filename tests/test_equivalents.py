@@ -142,7 +142,7 @@ def test_hertz_dashpot_of_the_thesis():
     np.testing.assert_allclose(found.restitution, [0.144, 0.247, 0.329], atol=5e-4)
 
 
-def test_your_own_law():
+def test_single_impact_of_user_defined_law():
     class Hardening(ij.AbstractMemorylessLaw):
         k: jax.Array
         separation: ij.AbstractSeparation = eqx.field(init=False, default=ij.AtZeroPenetration())
@@ -159,7 +159,7 @@ def test_your_own_law():
     np.testing.assert_allclose(found.duration, 2 * deepest / 0.7 * half, rtol=1e-10)
 
 
-def test_what_does_not_come_back():
+def test_single_impact_without_rebound():
     for law in (ij.KelvinVoigt(W, 1.2), ij.Maxwell(W, 1.2)):
         for found in (law.equivalents(SPEEDS, MASS), single_impacts(law, SPEEDS)):
             assert np.all(found.restitution == 0)
@@ -170,7 +170,7 @@ def test_what_does_not_come_back():
 
 
 @thorough
-def test_derivatives_of_integration_are_those_of_the_closed_form():
+def test_derivatives_of_integrated_impact_match_closed_form():
     def of_closed(law, v):
         return law.equivalents(v, MASS)
 
@@ -194,7 +194,7 @@ def test_derivatives_of_integration_are_those_of_the_closed_form():
 
 
 @thorough
-def test_derivatives_where_the_slope_of_the_force_jumps_or_is_infinite():
+def test_derivatives_with_singular_force_slope():
     """Walton's and Tsuji's laws as power laws, by k, c and speed, against closed forms."""
 
     def restitution(x, exponents):
@@ -225,7 +225,7 @@ def test_derivatives_where_the_slope_of_the_force_jumps_or_is_infinite():
         "KelvinVoigt",
     ),
 )
-def test_coefficients_of_restitution_agree(name):
+def test_three_coefficients_of_restitution_agree(name):
     law, _ = {**LAWS, **INTEGRATED}[name]
     found = ij.coefficients_of_restitution(law, 0.73, MASS)
     expected = by_scipy(name)["restitution"][1]
@@ -233,6 +233,6 @@ def test_coefficients_of_restitution_agree(name):
         assert abs(float(coefficient) / expected - 1) < 1e-9
 
 
-def test_coefficients_of_what_does_not_come_back():
+def test_coefficients_without_rebound_are_nan():
     found = ij.coefficients_of_restitution(ij.KelvinVoigt(W, 1.2), 0.73, MASS)
     assert all(np.isnan(coefficient) for coefficient in found)

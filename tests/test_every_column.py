@@ -109,7 +109,7 @@ def largest(name, column):
 
 
 @pytest.mark.parametrize("name", mostly_thorough(LAWS, "KelvinVoigt"))
-def test_forward_and_reverse_agree_in_every_column(name):
+def test_impact_log_forward_and_reverse_derivatives_agree(name):
     """The derivative of a random sum of all columns, each in units of its largest sensitivity."""
     rng = np.random.default_rng(5)
     weights = {}
@@ -127,7 +127,7 @@ def test_forward_and_reverse_agree_in_every_column(name):
 
 
 @pytest.mark.parametrize("name", mostly_thorough(LAWS, "KelvinVoigt"))
-def test_every_column_matches_richardson(name):
+def test_impact_log_derivatives_match_richardson(name):
     values = programs(LAWS[name].make)[0]
     parameters, exact = start(name), forward(name)
     assert np.all(np.asarray(values(parameters, exponents(name))["time"]) > 0)

@@ -28,7 +28,7 @@ def seen(values, quantity, oscillator, ts=TS):
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3, 1e-2])
 @pytest.mark.parametrize(("omega", "zeta"), [(10.0, 0.01), (20.0, 0.1), (30.0, 0.002)])
-def test_free_swing(omega, zeta, noise):
+def test_first_look_at_free_swing(omega, zeta, noise):
     root = omega * math.sqrt(1 - zeta**2)
     values = 0.2 * np.exp(-zeta * omega * TS) * np.cos(root * TS) + noise * NOISE
     found = seen(values, ij.Displacement(), ij.LinearOscillator(1.0))
@@ -43,7 +43,7 @@ def test_free_swing(omega, zeta, noise):
     "quantity", [ij.ContactForce(), ij.ProperAcceleration(), ij.Acceleration()]
 )
 @pytest.mark.parametrize("duration", [0.01, 0.02, 0.05])
-def test_duration_of_contacts_that_are_seen(duration, quantity):
+def test_first_look_at_contact_duration(duration, quantity):
     """Half sines, each lower than the one before."""
     values = np.zeros_like(TS)
     for begin, height in ((0.2, 900.0), (0.9, 700.0), (1.5, 500.0)):
@@ -53,14 +53,14 @@ def test_duration_of_contacts_that_are_seen(duration, quantity):
     assert found.contact_frequency == pytest.approx(np.pi / duration, rel=0.2)
 
 
-def test_a_force_that_is_never_positive_shows_no_contact():
+def test_nonpositive_force_shows_no_contact():
     found = seen(np.minimum(NOISE, 0.0), ij.ContactForce(), ij.BouncingBall())
     assert found.contact_frequency == pytest.approx(np.pi / 0.004)
 
 
 @pytest.mark.parametrize("noise", [0.0, 3e-3])
 @pytest.mark.parametrize("r", [0.4, 0.6, 0.9])
-def test_impacting_pendulum(r, noise):
+def test_first_look_at_impacting_pendulum(r, noise):
     omega = 13.47
 
     def flow(t, y):
@@ -88,7 +88,7 @@ def with_gap(gap, r, omega=25.0):
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 @pytest.mark.parametrize(("gap", "r"), [(0.0, 0.65), (0.004, 0.65), (0.008, 0.65), (-0.001, 0.9)])
-def test_a_stop_beside_the_equilibrium(gap, r, noise):
+def test_first_look_with_gap(gap, r, noise):
     """Flights take longer or shorter, and turns that do not reach the stop are no impacts."""
     run, position = with_gap(gap, r)
     values = position + noise * NOISE[:1401]
@@ -105,7 +105,7 @@ def test_a_stop_beside_the_equilibrium(gap, r, noise):
 
 
 @pytest.mark.parametrize(("gap", "r"), [(0.004, 0.65), (0.008, 0.65), (-0.004, 0.9)])
-def test_a_stop_that_is_not_where_it_is_said_to_be(gap, r):
+def test_first_look_detects_displaced_stop(gap, r):
     _, position = with_gap(gap, r)
     found = seen(
         position + 1e-4 * NOISE[:1401], ij.Displacement(), ij.LinearOscillator(1.0), TS[:1401]
@@ -113,7 +113,7 @@ def test_a_stop_that_is_not_where_it_is_said_to_be(gap, r):
     assert found.elsewhere == pytest.approx(-gap, abs=4e-4)
 
 
-def test_impact_times():
+def test_first_look_at_impact_times():
     r, speed, gravity = 0.8, 1.5, 9.80665
     times = 2 * speed / gravity * (1 - r ** np.arange(9)) / (1 - r)
     found = ij.ImpactTimes(jnp.asarray(times)).first_look(ij.BouncingBall())
@@ -139,7 +139,7 @@ SHAPES = st.sampled_from([np.cumsum, np.sort, np.abs, np.asarray, np.round])
 @example(1415, 13, 3.0, np.cumsum, "pendulum", 1.0)  # impacts of one speed
 @example(1415, 12, 1.0, np.cumsum, "pendulum", 0.0)  # flights that stay below the stop
 @example(1151296, 2, 1.0, np.round, "pendulum", 0.0)  # a quantised record that begins at rest
-def test_any_recording_gives_values_in_range(seed, count, size, shape, oscillator, gap):
+def test_first_look_values_are_in_range(seed, count, size, shape, oscillator, gap):
     generator = np.random.default_rng(seed)
     ts = np.cumsum(generator.uniform(1e-3, 1e-2, count))
     moving = OSCILLATORS[oscillator]()
@@ -156,14 +156,14 @@ def test_any_recording_gives_values_in_range(seed, count, size, shape, oscillato
 @thorough
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(2, 20))
-def test_any_impact_times_give_values_in_range(seed, count):
+def test_first_look_values_of_impact_times_are_in_range(seed, count):
     times = np.cumsum(np.random.default_rng(seed).uniform(1e-6, 1, count))
     found = ij.ImpactTimes(jnp.asarray(times)).first_look(ij.BouncingBall())
     for law in LAWS.values():
         ij.ImpactOscillator(found.oscillator, ij.Stop(law(found)))
 
 
-def test_all_else_of_an_oscillator_is_kept():
+def test_first_look_keeps_other_oscillator_parameters():
     base = ij.HarmonicMotion(0.01, 3.0)
     pendulum = ij.Pendulum(10.0, 0.01, base=base, equilibrium=ij.Inverted(), length=0.3)
     values = 0.3 * np.cos(12 * TS)
@@ -176,7 +176,7 @@ def test_all_else_of_an_oscillator_is_kept():
     assert found.length is pendulum.length
 
 
-def test_the_figure_shows_what_the_search_has_seen():
+def test_first_look_figure_shows_detected_impacts():
     ts = TS[:1001]
     flights = simulate_rigid(
         lambda t, y: np.array([y[1], -9.80665]), [0.2, 0.0], ts, lambda speed: 0.8

@@ -15,7 +15,7 @@ from estimates import SMALL, TS, line, swing
 # A free mass is a straight line: all of linear regression is known in closed form.
 
 
-def test_straight_line_has_the_textbook_answer():
+def test_straight_line_fit_is_linear_regression():
     values, found = line()
     t = TS - TS[0]
     spread = np.sum((t - t.mean()) ** 2)
@@ -35,7 +35,7 @@ def test_straight_line_has_the_textbook_answer():
     np.testing.assert_allclose(found.values - found.low, half, rtol=1e-9)
 
 
-def test_straight_line_has_the_textbook_criteria():
+def test_straight_line_information_criteria():
     values, found = line()
     rms = float(found.rms)
     np.testing.assert_allclose(rms, np.sqrt(np.mean(np.asarray(found.residuals) ** 2)))
@@ -46,7 +46,7 @@ def test_straight_line_has_the_textbook_criteria():
     np.testing.assert_allclose(found.residuals, model - values, atol=1e-14)
 
 
-def test_a_profile_of_a_linear_problem_is_the_interval_of_its_errors():
+def test_profile_of_linear_problem_is_its_interval():
     _, found = line()
     profile = ij.profiled(found)
     np.testing.assert_allclose(profile.low, found.low, rtol=1e-6)
@@ -101,7 +101,7 @@ def replicates() -> ij.Estimate:
     return fit_many(jnp.asarray(noisy(300)), jnp.linspace(0.75, 0.85, 300))
 
 
-def test_scipy_finds_the_same_minimum_and_covariance():
+def test_fit_agrees_with_scipy_least_squares():
     values = noisy(300)[0]
     known = optimize.least_squares(
         lambda p: ball(p) - values, TRUTH, jac="3-point", xtol=1e-15, ftol=1e-15, gtol=1e-15
@@ -117,7 +117,7 @@ def test_scipy_finds_the_same_minimum_and_covariance():
     np.testing.assert_allclose(found.covariance, covariance, rtol=1e-3, atol=1e-12)
 
 
-def test_jit_and_vmap_change_nothing():
+def test_fit_is_invariant_under_jit_and_vmap():
     many = replicates()
     alone = fit_ball(jnp.asarray(noisy(300)[0]), 0.75)
     for name in ("values", "standard_errors", "low", "high", "rms", "aic", "residuals"):
@@ -126,7 +126,7 @@ def test_jit_and_vmap_change_nothing():
         )
 
 
-def test_intervals_hold_the_truth_as_often_as_they_promise():
+def test_interval_coverage():
     many = replicates()
     assert np.all(many.converged)
     inside = (many.low < TRUTH) & (many.high > TRUTH)
@@ -140,7 +140,7 @@ def test_intervals_hold_the_truth_as_often_as_they_promise():
     np.testing.assert_allclose(np.mean(many.rms**2 * 61 / 58), NOISE**2, rtol=0.04)
 
 
-def test_a_failing_replicate_leaves_the_others_bitwise_unchanged():
+def test_failing_fit_does_not_change_others():
     values, starts = jnp.asarray(noisy(300)), jnp.linspace(0.75, 0.85, 300)
     broken = fit_many(values.at[5].set(jnp.nan), starts)
     others = np.arange(300) != 5
@@ -181,13 +181,13 @@ def test_impact_times_give_restitution_in_closed_form():
         ("x_dot0", ij.Verdict.FIXED, "fixed"),
     ],
 )
-def test_each_verdict_is_reached(name, verdict, word):
+def test_all_verdicts_occur(name, verdict, word):
     found = swing().verdict(name)
     assert found is verdict
     assert str(found) == word
 
 
-def test_an_open_side_is_the_end_of_the_range_or_infinity():
+def test_open_interval_ends_at_range_or_infinity():
     found = swing()
     zeta, r = found.names.index("zeta"), found.names.index("r")
     assert found.low[zeta] == 0
@@ -198,12 +198,12 @@ def test_an_open_side_is_the_end_of_the_range_or_infinity():
     assert 0 < float(found.value("r")) < 1
 
 
-def test_a_parameter_that_was_not_fitted_has_no_value():
+def test_value_of_unfitted_parameter_raises():
     with pytest.raises(ValueError, match="`foo` was not fitted; omega_n, zeta, r, x0 were"):
         swing().value("foo")
 
 
-def test_what_is_fixed_stays():
+def test_fixed_parameters_keep_their_values():
     found = swing()
     assert float(found.system.initial.velocity) == 0
     assert float(found.system.model.oscillator.mass) == 1
@@ -212,7 +212,7 @@ def test_what_is_fixed_stays():
     assert float(lower.gap) == 2
 
 
-def test_the_estimate_prints_what_it_found():
+def test_estimate_prints_values_and_verdicts():
     lines = str(swing()).splitlines()
     assert lines[0].startswith("omega_n = ")
     assert "± " in lines[0]
@@ -235,7 +235,7 @@ def test_the_estimate_prints_what_it_found():
         ({"free": ("gain", "offset", "mass", "t0")}, "4 observations, too few for 6 parameters"),
     ],
 )
-def test_what_cannot_be_fitted_is_refused(arguments, words):
+def test_impossible_fits_are_refused(arguments, words):
     recording = ij.Recording(jnp.arange(4.0), jnp.arange(4.0), ij.Displacement())
     with pytest.raises(ValueError, match=words):
         ij.fit(
@@ -245,7 +245,7 @@ def test_what_cannot_be_fitted_is_refused(arguments, words):
         )
 
 
-def test_a_launch_from_the_stop_is_bounded_on_both_sides():
+def test_velocity_of_launch_from_stop_is_bounded():
     # Faster is expected from lower, and lower is inside the stop: that is no reason to give up.
     ts = np.linspace(0.0, 0.7, 71)
     flies = 2 * 1.5 / 9.81
@@ -268,14 +268,14 @@ def test_a_launch_from_the_stop_is_bounded_on_both_sides():
         (ij.ContactForce(), "no contact force"),
     ],
 )
-def test_what_the_model_does_not_have_is_not_fitted(quantity, words):
+def test_optional_parameters_left_out_are_not_fitted(quantity, words):
     recording = ij.Recording(jnp.arange(4.0), jnp.arange(4.0), quantity)
     model = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5)))
     with pytest.raises(ValueError, match=words):
         ij.fit(ij.Experiment(model, recording, ij.InitialState(1.0)))
 
 
-def test_a_scale_that_may_be_nothing_has_no_bound_without_a_profile():
+def test_scale_compatible_with_zero_has_no_linearised_bound():
     """Stiffness beyond what the samples resolve: the small-error interval would end above only."""
     found = ij.fit(
         ij.Experiment(
@@ -291,7 +291,7 @@ def test_a_scale_that_may_be_nothing_has_no_bound_without_a_profile():
         assert (float(found.low[place]), float(found.high[place])) == (0, math.inf)
 
 
-def test_nothing_left_to_fit_is_refused():
+def test_fit_without_free_parameters_is_refused():
     recording = ij.Recording(jnp.arange(3.0), jnp.arange(3.0), ij.Displacement())
     model, start = ij.ImpactOscillator(ij.FreeMass()), ij.InitialState(0.0, 1.0)
     with pytest.raises(ValueError, match="all are fixed"):

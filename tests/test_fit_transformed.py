@@ -18,7 +18,7 @@ def slope_and_level(values, ties=None):
 
 
 @thorough
-def test_a_straight_line_depends_on_its_points_as_regression_does():
+def test_derivatives_of_line_fit_are_those_of_regression():
     values = jnp.asarray(line()[0])
     expected = np.linalg.pinv(np.stack([np.ones(31), TS - TS[0]], axis=1))
     np.testing.assert_allclose(jax.jacfwd(slope_and_level)(values), expected, atol=1e-7)
@@ -27,7 +27,7 @@ def test_a_straight_line_depends_on_its_points_as_regression_does():
 
 
 @thorough
-def test_a_tie_may_depend_on_the_member_of_a_batch():
+def test_tie_may_close_over_batched_value():
     """Through the origin of x = x₀ (1 + c t)."""
     values, t = line()[0], TS - TS[0]
 
@@ -39,7 +39,7 @@ def test_a_tie_may_depend_on_the_member_of_a_batch():
     np.testing.assert_allclose(jax.vmap(level)(jnp.asarray(cs)), expected, rtol=1e-9)
 
 
-def test_a_recording_may_be_known_before_the_fit_is_compiled():
+def test_recording_may_be_constant_under_jit():
     recording = ij.Recording(jnp.asarray(TS), jnp.asarray(line()[0]), ij.Displacement())
     model = ij.ImpactOscillator(ij.FreeMass())
 

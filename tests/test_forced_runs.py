@@ -55,7 +55,7 @@ def simulated(lane: Forced):
 
 
 @thorough
-def test_no_impact_is_missed_and_none_is_invented():
+def test_forced_runs_have_exactly_the_reference_impacts():
     lanes = drawn()
     arrays = jax.tree.map(jnp.asarray, lanes)
     batch = jax.jit(lambda lanes: jax.lax.map(simulated, lanes, batch_size=TOGETHER))

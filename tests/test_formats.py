@@ -82,7 +82,7 @@ FORMATS = {
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_every_format_says_the_same(name, tmp_path):
+def test_all_formats_give_the_same_recording(name, tmp_path):
     write, sidecar = FORMATS[name]
     write(tmp_path / name)
     if sidecar is not None:
@@ -100,7 +100,7 @@ def test_every_format_says_the_same(name, tmp_path):
 @pytest.mark.parametrize(
     "content", [b"", b"rubbish" * 50, b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"RIFF"]
 )
-def test_rubbish_by_any_name_is_refused(name, content, tmp_path):
+def test_random_bytes_with_any_suffix_are_refused(name, content, tmp_path):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ij.io.FileError, match=r"not a .* file that can be read|holds no"):
         ij.io.read_recording(tmp_path / name)
@@ -108,13 +108,13 @@ def test_rubbish_by_any_name_is_refused(name, content, tmp_path):
         ij.io.read_recording(tmp_path / f"missing-{name}")
 
 
-def test_no_program_inside_a_file_is_run(tmp_path):
+def test_pickled_code_is_not_executed(tmp_path):
     np.savez(tmp_path / "r.npz", x=np.array([print], object))
     with pytest.raises(ij.io.FileError, match="not a NumPy file that can be read"):
         ij.io.read_recording(tmp_path / "r.npz")
 
 
-def test_a_file_without_numbers_says_what_it_holds(tmp_path):
+def test_error_of_file_without_numbers_lists_its_content(tmp_path):
     np.savez(tmp_path / "r.npz", note=np.array("by hand"))
     with pytest.raises(ij.io.FileError, match="no list of numbers but only note"):
         ij.io.read_recording(tmp_path / "r.npz")
@@ -152,7 +152,7 @@ def write_sound(path, rate, times, width=2, channels=1):
 @pytest.mark.parametrize(
     ("rate", "width", "channels"), [(44100, 2, 1), (48000, 3, 2), (16000, 2, 2), (96000, 4, 1)]
 )
-def test_bounces_are_heard_to_a_tenth_of_a_millisecond(rate, width, channels, tmp_path):
+def test_onsets_are_accurate_to_a_tenth_of_a_millisecond(rate, width, channels, tmp_path):
     write_sound(tmp_path / "r.wav", rate, BOUNCES, width, channels)
     file = ij.io.read_recording(tmp_path / "r.wav")
     assert isinstance(file.recording, ij.ImpactTimes)
@@ -162,7 +162,7 @@ def test_bounces_are_heard_to_a_tenth_of_a_millisecond(rate, width, channels, tm
     assert file.notes == ()
 
 
-def test_a_knock_and_a_missed_bounce_are_noticed(tmp_path):
+def test_false_and_missed_bounces_in_sound_are_detected(tmp_path):
     kept = np.delete(BOUNCES, 3)
     write_sound(tmp_path / "r.wav", 44100, np.sort(np.append(kept, BOUNCES[1] + 0.13)))
     file = ij.io.read_recording(tmp_path / "r.wav")
@@ -173,7 +173,7 @@ def test_a_knock_and_a_missed_bounce_are_noticed(tmp_path):
     assert f"heard at {BOUNCES[1] + 0.13:.3f} s" in file.notes[0]
 
 
-def test_silence_is_refused(tmp_path):
+def test_silent_sound_is_refused(tmp_path):
     with wave.open(str(tmp_path / "r.wav"), "wb") as file:
         file.setnchannels(1)
         file.setsampwidth(2)

@@ -22,7 +22,7 @@ RATIOS = {"soft": 0.6, "hard": 0.95, "speed-dependent": np.linspace(0.65, 0.8, 1
 
 @pytest.mark.parametrize("name", RATIOS)
 @pytest.mark.parametrize("seed", range(20))
-def test_a_clean_list_is_left_alone(name, seed):
+def test_complete_impact_list_is_unchanged(name, seed):
     times = bounces(
         15 if name != "soft" else 9,
         RATIOS[name][:13] if name == "speed-dependent" else RATIOS[name],
@@ -38,7 +38,7 @@ def test_a_clean_list_is_left_alone(name, seed):
 @pytest.mark.parametrize("name", RATIOS)
 @pytest.mark.parametrize("missed", [2, 5, 9])
 @pytest.mark.parametrize("false", [None, 1, 4])
-def test_one_missed_and_one_false(name, missed, false):
+def test_one_missed_and_one_false_impact(name, missed, false):
     full = bounces(15, RATIOS[name])
     wrong = np.zeros(0) if false is None else full[false : false + 1] + 0.4 * np.diff(full)[false]
     found = heard(np.sort(np.concatenate([np.delete(full, missed), wrong])))
@@ -47,7 +47,7 @@ def test_one_missed_and_one_false(name, missed, false):
     np.testing.assert_array_equal(found.false, wrong)
 
 
-def test_two_missed_in_a_row_and_a_false_start():
+def test_two_missed_impacts_and_false_start():
     full = bounces(14, 0.9)
     found = heard(np.concatenate([[0.02], np.delete(full, [6, 7])]))
     np.testing.assert_array_equal(found.valid, ~np.isin(np.arange(14), [6, 7]))
@@ -56,7 +56,7 @@ def test_two_missed_in_a_row_and_a_false_start():
 
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(2, 30))
-def test_every_time_is_used_or_called_false(seed, count):
+def test_every_time_is_impact_or_false(seed, count):
     times = np.cumsum(np.random.default_rng(seed).uniform(1e-3, 1, count))
     found = heard(times)
     np.testing.assert_array_equal(

@@ -12,7 +12,7 @@ GRAVITY, NODES = 9.81, 5
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_the_closest_place_to_zero_of_cubics(sign):
+def test_closest_approach_of_cubics(sign):
     """Against a fine grid."""
     draw = np.random.default_rng(4).uniform
     at, fine = np.linspace(0.0, 1.0, NODES), np.linspace(0.0, 1.0, 40001)
@@ -73,7 +73,7 @@ def with_close_turns(t):
     return lanes.T[close], place[close], rate[close]
 
 
-def test_the_nearest_miss_of_a_ball_over_a_shaking_floor():
+def test_nearest_miss_of_ball_over_shaking_floor():
     """In closed form, on a fine grid."""
     t = np.linspace(0.0, 0.6, 3001)
     lanes, place, rate = with_close_turns(t)

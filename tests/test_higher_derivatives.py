@@ -146,7 +146,7 @@ def orders(times):
     ),
     ids=lambda each: each if isinstance(each, str) else "-".join(each),
 )
-def test_second_derivatives_of_all_that_is_told(order, step):
+def test_second_derivatives_of_impact_log(order, step):
     """Under `jit` and `vmap`, of a lane that chatters and one that lies and is lifted."""
     derivative = repeated(functools.partial(told, EXACT[step]), order)
     found = jax.jit(jax.vmap(derivative))(DROPS)
@@ -155,7 +155,7 @@ def test_second_derivatives_of_all_that_is_told(order, step):
 
 
 @thorough
-def test_third_derivatives_of_all_that_is_told():
+def test_third_derivatives_of_impact_log():
     order = ("forward", "reverse", "forward")
     found = jax.jit(jax.vmap(repeated(functools.partial(told, EXACT["Taylor"]), order)))(DROPS)
     for lane, (function, columns) in enumerate(CLOSED):

@@ -38,7 +38,7 @@ def simon_by_coefficients(law: ij.PowerLaw) -> jax.Array:
     ],
     ids=["walton", "simon"],
 )
-def test_speeds_alone_leave_stiffness_and_damping_together_open(data, law):
+def test_speeds_determine_only_damping_over_stiffness(data, law):
     fixed = ("n", "p", "q") if isinstance(law, ij.PowerLaw) else ()
     told = ij.information(data, law, 1e-3, fixed=fixed)
     assert told.names == ("k", "c")
@@ -50,14 +50,14 @@ def test_speeds_alone_leave_stiffness_and_damping_together_open(data, law):
     assert "not determined: k at fixed c/k" in ij.coupling(told)
 
 
-def test_simon_in_its_own_parameters_has_the_ratio_as_a_parameter():
+def test_simon_damping_per_stiffness_is_determined_by_speeds():
     told = ij.information(rebounds, ij.Simon(1e6, 0.4), 1e-3)
     assert angle_to(np.asarray(told.directions.exponents[1]), (1, 0)) < 0.1
     assert not np.isfinite(told.bounds[0])
 
 
 @pytest.mark.parametrize("law", [ij.KelvinVoigt(727.5, 0.18), ij.Maxwell(727.5, 0.18)])
-def test_speeds_say_nothing_of_the_frequency_in_contact(law):
+def test_speeds_do_not_determine_contact_frequency(law):
     told = ij.information(rebounds, law, 1e-3)
     assert told.names == ("omega0", "gamma")
     assert told.matrix[0, 0] == 0
@@ -69,7 +69,7 @@ def test_speeds_say_nothing_of_the_frequency_in_contact(law):
     np.testing.assert_allclose(told.bounds[1], known, rtol=1e-9)
 
 
-def test_a_contact_duration_breaks_the_coupling():
+def test_contact_duration_determines_stiffness_and_damping():
     def both(law):
         return jnp.append(rebounds(law) / 1e-3, law.equivalents(0.73, MASS).duration / 1e-4)
 
@@ -78,7 +78,7 @@ def test_a_contact_duration_breaks_the_coupling():
     assert "not determined" not in ij.coupling(told)
 
 
-def test_a_straight_line_has_the_textbook_errors():
+def test_information_of_straight_line_gives_regression_errors():
     _, estimate = line()
     told = ij.identifiability(estimate)
     design = np.stack([np.ones(31), TS - TS[0]], axis=1)
@@ -110,7 +110,7 @@ def random_information(seed: int) -> tuple[np.ndarray, ij.Information]:
     return matrix, ij.information(data, model, 0.01)
 
 
-def test_bounds_and_directions_are_those_of_the_inverse_information():
+def test_bounds_and_directions_of_inverse_information():
     for seed in range(5):
         matrix, told = random_information(seed)
         assert told.names == ("omega_n", "zeta", "r0", "alpha")
@@ -130,7 +130,7 @@ def test_bounds_and_directions_are_those_of_the_inverse_information():
         assert np.all(np.diff(found.errors) > 0)
 
 
-def test_directions_count_the_initial_state_as_unknown():
+def test_directions_treat_initial_state_as_nuisance():
     told = ij.identifiability(swing())
     assert told.names == ("omega_n", "zeta", "r", "x0")
     assert told.of_model == (True, True, True, False)
@@ -144,7 +144,7 @@ def test_directions_count_the_initial_state_as_unknown():
     np.testing.assert_allclose(np.asarray(told.bounds)[use], errors, rtol=1e-6)
 
 
-def test_more_parameters_than_data():
+def test_information_with_more_parameters_than_data():
     told = ij.information(
         lambda law: law.restitution(jnp.asarray(0.5)), ij.LinearRestitution(0.7, 0.1), 0.01
     )
@@ -154,7 +154,7 @@ def test_more_parameters_than_data():
     np.testing.assert_allclose(found.exponents @ found.exponents.T, np.eye(2), atol=1e-12)
 
 
-def test_jit_and_vmap_change_nothing():
+def test_information_is_invariant_under_jit_and_vmap():
     def errors(c: jax.Array) -> jax.Array:
         return ij.information(rebounds, ij.Walton(1e4, c), 1e-3).directions.errors
 
@@ -189,11 +189,11 @@ def told_by(exponents, errors, law) -> str:
         ([[1, 1], [-1, 1]], [0.001, 0.002], "Determined: k·c to 0.14 %, c/k to 0.28 %."),
     ],
 )
-def test_words_are_products_of_simple_powers(exponents, errors, said):
+def test_directions_in_words_are_simple_products(exponents, errors, said):
     assert told_by(exponents, errors, ij.Walton(1e4, 1e3)).startswith(said)
 
 
-def test_what_may_be_negative_is_said_as_a_sum():
+def test_directions_of_signed_parameters_are_sums():
     told = ij.information(
         lambda law: law.restitution(SPEEDS), ij.LinearRestitution(0.7, 0.1), jnp.full(3, 0.01)
     )
@@ -206,7 +206,7 @@ def test_what_may_be_negative_is_said_as_a_sum():
     assert second.amount.endswith("s/m")
 
 
-def test_what_is_asked_wrongly_is_refused():
+def test_wrong_information_requests_are_refused():
     law = ij.Walton(1e4, 1e3)
     with pytest.raises(ValueError, match="There is no parameter `q`; there are k, c"):
         ij.information(rebounds, law, 1.0, free=("q",))
@@ -229,7 +229,7 @@ def test_errors_of_single_parameters_are_their_bounds():
         np.testing.assert_array_equal(alone, told.bounds)
 
 
-def test_words_of_a_parameter_at_the_end_of_its_range_are_those_of_its_bound():
+def test_words_of_parameter_at_range_end_agree_with_bound():
     matrix = np.array([[20.0, 130.0], [1.0, 2.0]])
 
     def data(law: ij.KelvinVoigt) -> jax.Array:

@@ -18,7 +18,7 @@ def white() -> np.ndarray:
     return 0.1 * np.random.default_rng(4).standard_normal(COUNT)
 
 
-def test_autocorrelation_and_its_test_are_those_of_the_textbook():
+def test_autocorrelation_and_ljung_box_test():
     left = white()
     found = ij.residual_diagnostics(leaving(left))
     centred = left - left.mean()
@@ -29,7 +29,7 @@ def test_autocorrelation_and_its_test_are_those_of_the_textbook():
     np.testing.assert_allclose(found.band, stats.norm.ppf(0.975) / 20, rtol=1e-3)
 
 
-def test_runs_are_counted():
+def test_runs_test():
     left = np.tile([1.0, 2.0, -1.0, 1.0, -3.0], COUNT // 5)
     found = ij.residual_diagnostics(leaving(left))
     assert found.runs == 4 * COUNT // 5
@@ -40,7 +40,7 @@ def test_runs_are_counted():
     np.testing.assert_allclose(found.runs_deviation, (320 - expected) / np.sqrt(variance))
 
 
-def test_normality_is_that_of_scipy():
+def test_jarque_bera_test_agrees_with_scipy():
     for left in (white(), white() ** 3):
         found = ij.residual_diagnostics(leaving(left))
         known = np.asarray(stats.jarque_bera(left))[1]
@@ -49,7 +49,7 @@ def test_normality_is_that_of_scipy():
         np.testing.assert_allclose(found.excess_kurtosis, stats.kurtosis(left), rtol=1e-9)
 
 
-def test_white_noise_passes_and_filtered_noise_does_not():
+def test_diagnostics_distinguish_white_and_filtered_noise():
     many = 0.1 * np.random.default_rng(5).standard_normal((100, COUNT))
     assert sum(bool(ij.residual_diagnostics(leaving(left)).independent) for left in many) >= 98
     smooth = (many[:, 1:] + many[:, :-1]) / 2
@@ -57,7 +57,7 @@ def test_white_noise_passes_and_filtered_noise_does_not():
     assert not any(bool(ij.residual_diagnostics(leaving(left)).independent) for left in smooth)
 
 
-def test_what_is_left_after_an_impact_is_seen_there():
+def test_larger_residuals_after_impact_are_detected():
     impacts = (1.0, 2.0, 3.0)
     left = white().copy()
     near = (TS >= 2.0) & (TS < 2.25)
@@ -72,7 +72,7 @@ def test_what_is_left_after_an_impact_is_seen_there():
     assert found.after_impacts[1] > 2
 
 
-def test_what_does_not_count_is_left_out():
+def test_diagnostics_ignore_invalid_residuals():
     left = white().copy()
     kept = np.ones(COUNT, bool)
     kept[50:] = np.random.default_rng(8).random(COUNT - 50) > 0.3
@@ -88,7 +88,7 @@ def test_what_does_not_count_is_left_out():
     assert found.independent
 
 
-def test_jit_and_vmap_change_nothing():
+def test_residual_diagnostics_are_invariant_under_jit_and_vmap():
     both = [leaving(white()), leaving(white()[::-1].copy())]
     together = jax.tree.map(lambda *x: jnp.stack(x), *[eqx.filter(e, eqx.is_array) for e in both])
     static = eqx.filter(both[0], eqx.is_array, inverse=True)

@@ -51,7 +51,7 @@ def test_deepest_penetration_and_peak_force():
     np.testing.assert_allclose(strike(PARAMETERS), exact(PARAMETERS), rtol=1e-11)
 
 
-def test_their_derivatives():
+def test_impact_log_derivatives():
     forward = jax.jit(jax.jacfwd(strike))(PARAMETERS)
     backward = jax.jit(jax.jacrev(strike))(PARAMETERS)
     np.testing.assert_allclose(forward, jax.jacfwd(exact)(PARAMETERS), rtol=1e-9)
@@ -59,7 +59,7 @@ def test_their_derivatives():
 
 
 @thorough
-def test_their_second_derivatives():
+def test_impact_log_second_derivatives():
     ours = jax.jit(jax.jacfwd(jax.jacfwd(strike)))(PARAMETERS)
     theirs = jax.jacfwd(jax.jacfwd(exact))(PARAMETERS)
     scale = jnp.max(jnp.abs(theirs))
@@ -99,11 +99,11 @@ def test_turning_points_have_derivatives_of_any_order():
     ],
 )
 @pytest.mark.parametrize("a", [1e-9, 0.7, 1.99])
-def test_turning_points_are_found_to_rounding(rate, a):
+def test_turning_points_are_exact_to_rounding(rate, a):
     np.testing.assert_allclose(jax.jit(lambda a: turn(rate, a, 2.0))(a), a, rtol=1e-12, atol=1e-15)
 
 
-def test_a_strongly_damped_force_peaks_at_the_touch():
+def test_strongly_damped_force_peaks_at_touch():
     peak = strike(jnp.array([OMEGA0, 0.7, SPEED]))[1]
     np.testing.assert_allclose(peak, MASS * 2 * 0.7 * OMEGA0 * SPEED, rtol=1e-12)
 
@@ -120,7 +120,7 @@ def shaken(parameters, step=None):
 
 
 @thorough
-def test_a_rest_of_many_attempts_is_one_rest():
+def test_rest_of_many_steps_is_one_row():
     """A Runge-Kutta step that meets the release is tried again: still the same rests."""
     parameters = jnp.array([0.3, 0.15])
     known = jax.jit(shaken)(parameters).rests
@@ -130,7 +130,7 @@ def test_a_rest_of_many_attempts_is_one_rest():
     np.testing.assert_allclose(tried.end, known.end, atol=1e-8)
 
 
-def test_rest_ends_when_the_floor_falls_away():
+def test_rest_ends_when_floor_accelerates_away():
     """AΩ² sin Ωt = g at release: sin of the first angle beyond rest is g / AΩ²."""
     parameters = jnp.array([0.3, 0.15])
     run = jax.jit(shaken)(parameters)
@@ -146,7 +146,7 @@ def test_rest_ends_when_the_floor_falls_away():
 
 
 @pytest.mark.parametrize("r", [0.05, 0.5, 0.9, 0.99])
-def test_a_ball_comes_to_rest_at_the_sum_of_its_flights(r):
+def test_ball_rests_at_sum_of_its_flights(r):
     """T = t1 + 2 r v1 / (g (1 − r)), and its derivative."""
     height, g = 1e-3 if r > 0.95 else 0.05, 9.80665
 
@@ -193,7 +193,7 @@ def drop(r, height):
     )
 
 
-def test_the_nearest_miss_of_a_swing_is_its_turning_point():
+def test_nearest_miss_of_swing_is_its_turning_point():
     """An undamped swing of 0.1 m turns 0.02 m before a stop at −0.12 m."""
     model = ij.ImpactOscillator(ij.LinearOscillator(10.0), ij.Stop(ij.Restitution(0.5), gap=0.12))
     run = ij.simulate(model, ij.InitialState(0.1), jnp.linspace(0.0, 2.0, 11), tolerance=1e-12)

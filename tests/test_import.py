@@ -62,23 +62,23 @@ def test_import_changes_no_setting_and_computes_nothing():
     assert not heavy & set(found["modules"])
 
 
-def test_a_fit_of_a_table_loads_what_it_uses():
+def test_fit_of_a_table_imports_only_needed_modules():
     found = json.loads(in_a_new_process(FIT, "fit", str(RECORDING)))
     assert "impactjax" in found
     assert not SELDOM & set(found)
 
 
-def test_what_is_loaded_late_is_there():
+def test_late_imports_are_available():
     assert "Taylor" in dir(ij)
     assert issubclass(ij.Taylor, diffrax.AbstractSolver)
     with pytest.raises(AttributeError, match="no attribute 'Tailor'"):
         _ = ij.Tailor
 
 
-def test_the_test_above_can_fail():
+def test_import_test_can_fail():
     program = "import jax.numpy as jnp\ntry: jnp.zeros(1)\nexcept RuntimeError: print('caught')"
     assert in_a_new_process(program, JAX_PLATFORMS="nowhere") == "caught\n"
 
 
-def test_the_command_starts_as_quietly():
+def test_command_import_loads_no_heavy_modules():
     assert in_a_new_process("import impactjax._cli.main", JAX_PLATFORMS="nowhere") == ""

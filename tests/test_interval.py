@@ -23,7 +23,7 @@ FUNCTIONS = {
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_bounds_hold_all_values(name):
+def test_interval_bounds_contain_all_values(name):
     function, random = FUNCTIONS[name], np.random.default_rng(3)
 
     @jax.jit
@@ -56,18 +56,18 @@ def test_bounds_hold_all_values(name):
         (-0.2, 0.3, np.sin(-0.2), np.sin(0.3)),
     ],
 )
-def test_bounds_of_a_sine_are_exact(low, high, least, most):
+def test_interval_bounds_of_sine_are_exact(low, high, least, most):
     found = bounds(jnp.sin, Interval(jnp.asarray(low), jnp.asarray(high)))
     np.testing.assert_allclose([found.low, found.high], [least, most], rtol=1e-12)
 
 
-def test_what_has_no_rule_is_bounded_by_nothing():
+def test_primitive_without_rule_is_unbounded():
     found = bounds(jax.lax.lgamma, Interval(jnp.asarray(1.0), jnp.asarray(2.0)))
     assert found.low == -jnp.inf
     assert found.high == jnp.inf
 
 
-def test_a_divisor_that_may_vanish_bounds_nothing():
+def test_quotient_by_vanishing_divisor_is_unbounded():
     found = bounds(lambda x: 1 / x, Interval(jnp.asarray(-1.0), jnp.asarray(2.0)))
     assert found.low == -jnp.inf
     assert found.high == jnp.inf

@@ -22,7 +22,7 @@ def program(folder):
 LAW, SPEED = ij.LinearRestitution(0.8, 0.1), jnp.array([0.5, 1.0])
 
 
-def test_a_new_process_does_not_trace_again(tmp_path):
+def test_cached_trace_is_reused_by_new_process(tmp_path):
     first, traced = program(tmp_path / "new")
     second, not_traced = program(tmp_path / "new")
     found, again = first(LAW, SPEED), second(LAW, 2 * SPEED)
@@ -33,7 +33,7 @@ def test_a_new_process_does_not_trace_again(tmp_path):
     assert not not_traced
 
 
-def test_what_was_returned_is_compiled_for_no_second_time(tmp_path, caplog):
+def test_returned_arrays_do_not_cause_recompilation(tmp_path, caplog):
     function, _ = program(tmp_path)
     with jax.log_compiles():
         again = function(LAW, SPEED)
@@ -42,7 +42,7 @@ def test_what_was_returned_is_compiled_for_no_second_time(tmp_path, caplog):
     assert caplog.text.count("Compiling jit(call)") == 1
 
 
-def test_what_differs_is_traced(tmp_path):
+def test_different_arguments_are_traced(tmp_path):
     function, traces = program(tmp_path)
     function(LAW, SPEED)
     function(ij.Restitution(0.5), SPEED)
@@ -52,7 +52,7 @@ def test_what_differs_is_traced(tmp_path):
     assert len(list(tmp_path.iterdir())) == len(traces) == 5
 
 
-def test_a_damaged_file_is_traced_anew(tmp_path):
+def test_damaged_cache_file_is_traced_again(tmp_path):
     program(tmp_path)[0](LAW, SPEED)
     (path,) = tmp_path.iterdir()
     path.write_bytes(path.read_bytes()[:-1])
@@ -62,7 +62,7 @@ def test_a_damaged_file_is_traced_anew(tmp_path):
     assert program(tmp_path)[0](LAW, SPEED)["speed"].shape == (2,)
 
 
-def test_a_folder_that_cannot_be_written_to(tmp_path):
+def test_read_only_cache_folder(tmp_path):
     (tmp_path / "file").write_text("not a folder")
     function, traces = program(tmp_path / "file")
     function(LAW, SPEED)

@@ -54,7 +54,7 @@ def test_members_are_power_laws(name):
     np.testing.assert_allclose(found, expected, rtol=1e-14)
 
 
-def test_the_power_law_is_what_it_says():
+def test_power_law_force_formula():
     law = ij.PowerLaw(3.0, 5.0, 1.5, 0.25, 0.5)
     force = law.force(jnp.asarray(0.04), jnp.asarray(-0.09), (), jnp.asarray(1.0))
     with mpmath.workdps(30):
@@ -76,7 +76,7 @@ def test_other_laws_take_a_runge_kutta_step(name):
 
 
 @pytest.mark.parametrize("x", [0.0, -1e-3])
-def test_powers_have_no_derivative_outside(x):
+def test_power_derivatives_vanish_outside_contact(x):
     def function(x, n):
         return power(x, n)
 
@@ -86,7 +86,7 @@ def test_powers_have_no_derivative_outside(x):
         function = jax.grad(function)
 
 
-def test_power_derivatives_inside():
+def test_power_derivatives_in_contact():
     third = jax.grad(jax.grad(jax.grad(power)))(jnp.asarray(0.04), jnp.asarray(1.5))
     assert abs(float(third) / (1.5 * 0.5 * -0.5 * 0.04**-1.5) - 1) < 1e-13
 
@@ -106,7 +106,7 @@ def test_power_derivatives_inside():
         lambda: ij.PowerRestitution(0.6, -0.1),
     ],
 )
-def test_impossible_parameters_are_refused(make):
+def test_impossible_law_parameters_are_refused(make):
     with pytest.raises(ValueError, match="must be"):
         make()
 
@@ -133,7 +133,7 @@ def test_power_restitution_never_exceeds_one():
     assert (float(by_law.r0), float(by_law.alpha)) == (0, 0)
 
 
-def test_slow_power_restitution_bounces_for_ever():
+def test_slow_power_restitution_is_elastic():
     law = ij.PowerRestitution(0.6, 0.25)
     run = ij.simulate(
         model(law, ij.BouncingBall()), ij.InitialState(0.05), np.array([0.0, 1.4]), max_impacts=128
@@ -156,7 +156,7 @@ def tuned():
 
 
 @thorough
-def test_damping_is_set_at_each_impact():
+def test_damping_follows_approach_speed():
     log = tuned().impacts
     count = int(log.count)
     assert count >= 3
@@ -165,7 +165,7 @@ def test_damping_is_set_at_each_impact():
     np.testing.assert_allclose(log.restitution[:count], r, atol=1e-4)
 
 
-def test_damping_out_of_range_is_a_result():
+def test_damping_out_of_range_gives_result_code():
     law = ij.KelvinVoigtLinearRestitution(700.0, 0.6, 1.0)
     run = ij.simulate(model(law), ij.InitialState(0.1, -0.7), np.array([0.0, 1.0]))
     assert run.result == ij.RESULTS.restitution_out_of_range
@@ -187,7 +187,7 @@ def test_maxwell_leaves_a_residual_indentation():
     np.testing.assert_allclose(run.velocity[1:], r * SPEED, rtol=1e-11)
 
 
-def test_maxwell_meets_a_mass_that_turns_back_at_its_indentation():
+def test_maxwell_contact_resumes_at_indentation():
     """A ball whose rebound does not leave the indentation: SciPy, restarted where it separates."""
     omega0, gamma, gravity, speed = 700.0, 0.6, 9.81, 2.0
 
@@ -222,7 +222,7 @@ def test_maxwell_meets_a_mass_that_turns_back_at_its_indentation():
 
 
 @thorough
-def test_a_lossless_spring_without_pull_returns_all_speed():
+def test_lossless_spring_at_zero_force_is_elastic():
     """Its force and its indentation vanish at one time: after the one event, the other comes sooner
     than time can resolve.
     """

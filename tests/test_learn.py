@@ -94,7 +94,7 @@ def of_softening():
 # A material between the named ones: what no law describes is found all the same.
 
 
-def test_a_law_that_nobody_has_named_is_found():
+def test_learn_recovers_unnamed_law():
     found, _ = of_softening()
     assert found.converged
     assert found.rms < 1.1 * NOISE
@@ -108,14 +108,14 @@ def test_a_law_that_nobody_has_named_is_found():
     assert abs(float(found.value("t0")) - 0.3) < 3e-4
 
 
-def test_beyond_the_speeds_of_the_impacts_nothing_is_known():
+def test_band_is_infinite_beyond_impact_speeds():
     found, _ = of_softening()
     v = found.impacts.approach_speed[found.impacts.happened]
     _, errors = ij.restitution_band(found, np.array([v.min() / 2, 1.0, 2.0, v.max() * 1.1]))
     assert np.all(np.isinf(np.asarray(errors)) == [True, False, False, True])
 
 
-def test_it_says_how_far_it_is():
+def test_learn_reports_progress():
     found, told = of_softening()
     assert told[0].startswith("0 of 50 rounds, rms residual 0.0")
     assert told[-1].startswith(f"{len(told) - 1} of 50 rounds, rms residual {float(found.rms):.4g}")
@@ -127,7 +127,7 @@ def test_it_says_how_far_it_is():
     assert found.refused == 0
 
 
-def test_the_band_holds_the_truth_as_often_as_it_promises():
+def test_restitution_band_coverage():
     truth = ij.LearnedRestitution(KNOTS, np.array([2.6, *np.linspace(0.0, 1.2, 10), 5.0]))
     start = ij.LearnedRestitution.like(ij.LinearRestitution(0.9, 0.05), KNOTS)
     curve, v = eqx.filter_jit(truth.restitution), jnp.linspace(0.3, 2.5, 12)
@@ -161,7 +161,7 @@ def named():
     return jax.jit(jax.vmap(one))(jnp.stack([heard(softening, seed).times for seed in range(3)]))
 
 
-def test_adam_ends_where_scipy_does():
+def test_learn_with_adam_agrees_with_scipy():
     many = named()
     assert many.names == ("r0", "alpha", "x_dot0", "t0")
     assert np.all(many.converged)
@@ -174,7 +174,7 @@ def test_adam_ends_where_scipy_does():
         np.testing.assert_allclose(one.rms, rms, rtol=1e-3)
 
 
-def test_the_band_of_a_named_law_is_that_of_its_covariance():
+def test_band_of_named_law_follows_from_covariance():
     one = jax.tree.map(lambda x: x[0], named())
     _, covariance, _ = by_scipy("linear")
     v = np.array([0.3, 1.0, 2.0])
@@ -183,7 +183,7 @@ def test_the_band_of_a_named_law_is_that_of_its_covariance():
     np.testing.assert_allclose(ij.restitution_band(one, v)[1], expected, rtol=1e-2)
 
 
-def test_the_figure_shows_what_was_learned_beside_others():
+def test_learned_restitution_figure():
     from matplotlib.figure import Figure
 
     found, _ = of_softening()
@@ -251,7 +251,7 @@ def of_many_weights():
     return of_mean(0.75, 0.49)
 
 
-def test_many_weights_end_where_scipy_does():
+def test_learn_with_many_weights_agrees_with_scipy():
     found = of_many_weights()
     known = optimize.least_squares(lambda p: heights(*p) - VALUES, [0.8, 0.5], jac="3-point")
     errors = np.sqrt(np.diag(np.linalg.inv(known.jac.T @ known.jac)) * 2 * known.cost / 59)
@@ -265,7 +265,7 @@ def test_many_weights_end_where_scipy_does():
     np.testing.assert_allclose(band, errors[0], rtol=0.15)  # correlation is allowed for
 
 
-def test_other_values_are_not_compiled_again_and_the_same_give_the_same():
+def test_learn_reuses_its_program():
     before = of_many_weights()
     Mean.traces.clear()
     again, other = of_mean(0.75, 0.49), of_mean(0.82, 0.51)
@@ -274,7 +274,7 @@ def test_other_values_are_not_compiled_again_and_the_same_give_the_same():
     np.testing.assert_allclose(other.rms, before.rms, rtol=1e-3)
 
 
-def test_a_start_that_cannot_be_computed_is_said():
+def test_learn_from_non_finite_start_does_not_converge():
     found = of_mean(0.75, jnp.nan)
     assert not found.converged
     assert np.isinf(found.rms)
@@ -289,14 +289,14 @@ def test_a_start_that_cannot_be_computed_is_said():
         ({"where": lambda system: system.model.lower.law.r}, "picks the parameter `r`, which has"),
     ],
 )
-def test_what_cannot_be_learned_is_refused(arguments, words):
+def test_impossible_learn_requests_are_refused(arguments, words):
     model = ball(ij.Restitution(0.9))
     experiment = ij.Experiment(model, heard(softening), ij.InitialState(0.0, 3.0))
     with pytest.raises(ValueError, match=words):
         ij.learn(experiment, **arguments)
 
 
-def test_a_band_needs_an_impact_law():
+def test_restitution_band_needs_impact_law():
     found = eqx.tree_at(lambda each: each.task.problem.system.model.lower, of_many_weights(), None)
     with pytest.raises(ValueError, match="an impact law at its lower stop"):
         ij.restitution_band(found, np.ones(1))

@@ -17,7 +17,7 @@ from tiers import mostly_thorough, thorough
 SPEEDS = np.array([0.1, 0.3, 0.7, 1.5, 3.0])
 
 
-def test_it_is_made_of_integrated_hats():
+def test_learned_restitution_consists_of_integrated_hats():
     """The hats are SciPy's B-splines of degree one, divided by their area."""
     weights = np.random.default_rng(1).standard_normal(7)
     shares = np.exp(weights) / np.sum(np.exp(weights))
@@ -35,7 +35,7 @@ def test_it_is_made_of_integrated_hats():
 
 
 @pytest.mark.parametrize("size", [1.0, 30.0, 1e3])
-def test_whatever_the_weights_it_never_rises_nor_leaves_its_range(size):
+def test_learned_restitution_is_monotone_and_in_range(size):
     speeds = jnp.linspace(0.0, 4.0, 801)
 
     def restitution(weights, v):
@@ -49,7 +49,7 @@ def test_whatever_the_weights_it_never_rises_nor_leaves_its_range(size):
     assert all(np.all(np.isfinite(slope)) for slope in slopes)
 
 
-def test_it_starts_from_another_law():
+def test_learned_restitution_approximates_named_law():
     fast = jnp.linspace(0.0, 4.0, 41)
     line = ij.LearnedRestitution.like(ij.LinearRestitution(0.9, 0.1), SPEEDS)
     expected = 0.9 - 0.1 * np.clip(fast, 0.1, 3.0)
@@ -75,21 +75,21 @@ def test_it_starts_from_another_law():
         ([0.0, np.inf], 4, "must be finite"),
     ],
 )
-def test_what_makes_no_law_is_refused(speeds, count, words):
+def test_learned_restitution_refuses_wrong_arguments(speeds, count, words):
     with pytest.raises(ValueError, match=words):
         ij.LearnedRestitution(np.array(speeds), np.zeros(count))
     with pytest.raises(ValueError, match="`weights` must be finite"):
         ij.LearnedRestitution(SPEEDS, np.full(7, np.nan))
 
 
-def test_its_arrays_are_no_parameters():
+def test_learned_weights_are_not_parameters():
     law = ij.LearnedRestitution(SPEEDS, np.zeros(7))
     model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(law))
     system = System(model, ij.InitialState(0.0), Start(0.0), ij.Sensor())
     assert not {"speeds", "weights"} & set(handles(system))
 
 
-def test_an_impact_has_the_restitution_of_its_speed():
+def test_impact_uses_restitution_at_its_speed():
     law = ij.LearnedRestitution(SPEEDS, np.random.default_rng(3).standard_normal(7))
     model = ij.ImpactOscillator(ij.BouncingBall(9.81), ij.Stop(law))
     run = ij.simulate(model, ij.InitialState(0.3), jnp.array([0.0, 0.3]), max_steps=16)
@@ -112,7 +112,7 @@ class Series(ij.AbstractMemorylessLaw):
 
 
 @thorough
-def test_a_force_law_may_hold_an_array():
+def test_force_law_may_have_array_field():
     """Its energy is that of the impact: 100 δ²/2 + 10⁴ δ³/3 = v²/2 at δ = 0.03 for a unit mass."""
     model = ij.ImpactOscillator(ij.FreeMass(1.0), ij.Stop(Series(a=np.array([100.0, 1e4, 0.0]))))
     run = ij.simulate(model, ij.InitialState(0.01, -(0.27**0.5)), jnp.array([0.0, 1.0]))
@@ -121,7 +121,7 @@ def test_a_force_law_may_hold_an_array():
 
 
 @pytest.mark.parametrize("order", mostly_thorough([9, 11, 15], 9))
-def test_a_force_that_ends_at_the_surface_ends_once(order):
+def test_force_vanishing_at_surface_ends_contact_once(order):
     """A lossless spring without pull: the force and the indentation are zero at one time, and
     rounding must not let the mass press again on what it has left.
     """

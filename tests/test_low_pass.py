@@ -29,7 +29,7 @@ def poles(order):
 
 
 @pytest.mark.parametrize("order", ORDERS)
-def test_scipy_on_a_fine_grid(order):
+def test_low_pass_agrees_with_scipy_on_fine_grid(order):
     """Samples at uneven times of a cubic in between, at rest before: sosfilt at 500 kHz."""
     generator = np.random.default_rng(order)
     ts = np.cumsum(generator.uniform(3e-5, 3e-4, COUNT))
@@ -46,7 +46,7 @@ def test_scipy_on_a_fine_grid(order):
 
 @pytest.mark.parametrize("order", ORDERS)
 @pytest.mark.parametrize("frequency", [5.0, 50.0, 120.0])
-def test_sine(order, frequency):
+def test_low_pass_response_to_sine(order, frequency):
     ts = np.linspace(0.0, 0.8, COUNT)
     omega = 2 * math.pi * frequency
     found = filtered(order, ts, np.sin(omega * ts), omega * np.cos(omega * ts))
@@ -63,13 +63,13 @@ STEP = (STEP_TIMES > 0).astype(float), np.zeros(COUNT)
 AT = math.sqrt(2) * math.pi * CUTOFF * (STEP_TIMES[2:] - RISE / 2)
 
 
-def test_step():
+def test_low_pass_response_to_step():
     """1 - exp(-a t) (cos a t + sin a t) with a = omega_c / sqrt 2 for order two."""
     expected = 1 - np.exp(-AT) * (np.cos(AT) + np.sin(AT))
     np.testing.assert_allclose(filtered(2, STEP_TIMES, *STEP)[2:], expected, atol=1e-12)
 
 
-def test_derivative_of_the_step_by_the_cutoff():
+def test_low_pass_derivative_by_cutoff():
     """2 a t exp(-a t) sin(a t) / cutoff."""
 
     @jax.jit
@@ -81,7 +81,7 @@ def test_derivative_of_the_step_by_the_cutoff():
 
 
 @pytest.mark.parametrize("order", ORDERS)
-def test_a_line_is_late_by_the_delay_and_a_constant_is_not_changed(order):
+def test_low_pass_of_line_and_constant(order):
     ts = np.linspace(3.0, 3.2, COUNT)
     delay = -np.sum(np.real(1 / poles(order)))
     line = filtered(order, ts, 2 * ts, np.full(COUNT, 2.0))
@@ -90,7 +90,7 @@ def test_a_line_is_late_by_the_delay_and_a_constant_is_not_changed(order):
     np.testing.assert_allclose(constant, 7.0, rtol=1e-11)
 
 
-def test_dense_samples_are_no_worse():
+def test_low_pass_of_dense_samples():
     """The same cubic on a grid a thousand times finer: its moments must not cancel."""
     coarse, dense = np.linspace(0.0, 4.0, COUNT), np.linspace(0.0, 4e-3, COUNT)
     few, many = (
@@ -101,7 +101,7 @@ def test_dense_samples_are_no_worse():
 
 
 @pytest.mark.parametrize("order", [0, 13])
-def test_wrong_orders_are_refused(order):
+def test_wrong_filter_orders_are_refused(order):
     with pytest.raises(ValueError, match="`order` must be from 1 to 12"):
         ij.Butterworth(CUTOFF, order=order)
 

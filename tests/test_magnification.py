@@ -33,7 +33,7 @@ def exact_position(last):
             top = impact + mp.acos(-gap / a) / omega
 
 
-def test_errors_are_the_tolerance_times_the_magnification():
+def test_errors_are_tolerance_times_magnification():
     numbers: list[float] = []
     for last in (5.0, 20.0, 40.0, 60.0, 90.0):
         run = onto_grazing(jnp.asarray(last))
@@ -45,7 +45,7 @@ def test_errors_are_the_tolerance_times_the_magnification():
     assert numbers[-1] > 1e4
 
 
-def test_it_is_that_of_an_impact_in_closed_form():
+def test_magnification_of_impact_in_closed_form():
     # Dropped without speed from a to the stop at -gap: v² = omega² (a² − gap²), V = omega a before.
     model = ij.ImpactOscillator(ij.LinearOscillator(OMEGA), ij.Stop(ij.Restitution(R), 0.99))
     run = ij.simulate(model, ij.InitialState(1.0), jnp.array([0.6]), t0=0.0, tolerance=1e-10)
@@ -56,14 +56,14 @@ def test_it_is_that_of_an_impact_in_closed_form():
     assert estimate * 0.9 < run.magnification < estimate * 1.5
 
 
-def test_chatter_and_hard_impacts_magnify_nothing():
+def test_chatter_and_hard_impacts_do_not_magnify():
     model = ij.ImpactOscillator(ij.BouncingBall(9.81), ij.Stop(ij.Restitution(0.8)))
     run = ij.simulate(model, ij.InitialState(0.3), jnp.array([6.0]), t0=0.0)
     assert run.rests.count == 1
     np.testing.assert_allclose(run.magnification, 1.0)
 
 
-def test_a_near_miss_counts():
+def test_near_miss_magnifies():
     model = ij.ImpactOscillator(ij.LinearOscillator(OMEGA), ij.Stop(ij.Restitution(R), 1.0 + 1e-6))
     run = ij.simulate(model, ij.InitialState(1.0), jnp.array([2.0]), t0=0.0)
     np.testing.assert_allclose(run.nearest_miss, 1e-6, rtol=1e-3)
@@ -71,14 +71,14 @@ def test_a_near_miss_counts():
 
 
 @pytest.mark.parametrize(("t0", "fine"), [(0.0, True), (2.0**20, True), (2.0**31, False)])
-def test_time_that_is_counted_from_too_far_says_so(t0, fine):
+def test_coarse_time_resolution_gives_result_code(t0, fine):
     model = ij.ImpactOscillator(ij.BouncingBall(9.81), ij.Stop(ij.Restitution(0.8)))
     run = ij.simulate(model, ij.InitialState(0.1), t0 + jnp.linspace(0, 0.5, 6))
     expected = ij.RESULTS.successful if fine else ij.RESULTS.time_too_coarse
     assert run.result == expected
 
 
-def test_more_rests_than_rows_say_so():
+def test_too_many_rests_give_result_code():
     # At 1 Hz and 1.5 g the mass rests once a period.
     base = ij.HarmonicMotion(1.5 * 9.81 / (2 * np.pi) ** 2, 2 * np.pi)
     model = ij.ImpactOscillator(ij.BouncingBall(9.81, base=base), ij.Stop(ij.Restitution(0.0)))
@@ -88,7 +88,7 @@ def test_more_rests_than_rows_say_so():
 
 
 @pytest.mark.parametrize("shift", mostly_thorough([0.0, 1e-12, 1e-6], 0.0))
-def test_a_run_may_end_where_the_mass_is_released(shift):
+def test_run_may_end_at_release(shift):
     """With g = a Omega² sin(Omega t + phase) at the end."""
     random = np.random.default_rng(1)
     frequency, gravity = random.uniform(1, 30, 16), random.uniform(1, 10, 16)

@@ -26,7 +26,7 @@ RANGES = {
 
 @pytest.mark.parametrize("name", RANGES)
 @pytest.mark.parametrize("distance", [1e-12, 1e-3, 0.3, 1e4, 1e12])
-def test_there_and_back(name, distance):
+def test_bounds_round_trip(name, distance):
     allowed = RANGES[name]
     if math.isfinite(allowed.high) and math.isfinite(allowed.low):
         distance = distance / (1 + distance)
@@ -35,7 +35,7 @@ def test_there_and_back(name, distance):
     assert float(back) == pytest.approx(value, rel=1e-9, abs=1e-11)
 
 
-def test_one_move_changes_a_large_value_by_a_factor():
+def test_step_changes_large_value_by_a_factor():
     """Or the search would never get anywhere in units in which the value is large."""
     u = to_unbounded(RANGES["at least 2"], jnp.asarray(1e6))
     assert float(to_range(RANGES["at least 2"], u + 1)) == pytest.approx(math.e * 1e6, rel=1e-5)
@@ -43,7 +43,7 @@ def test_one_move_changes_a_large_value_by_a_factor():
 
 @pytest.mark.parametrize("xp", [np, jnp], ids=["NumPy", "JAX"])
 @pytest.mark.parametrize("slope", [3e-4, 3e-3, 1.0])
-def test_of_two_that_show_only_together_the_weaker_does_not_run_away(slope, xp):
+def test_lm_bounds_jointly_identified_parameters(slope, xp):
     """One equation, u₀ + s u₁ = 1: scaled by curvature alone u₁ would be 1/2 s."""
     row = xp.asarray([1.0, slope])
 
@@ -69,7 +69,7 @@ def test_of_two_that_show_only_together_the_weaker_does_not_run_away(slope, xp):
 
 
 @thorough
-def test_scattered_starts_are_where_all_parameters_are_felt():
+def test_scattered_starts_are_inside_ranges():
     """Not at the end of a range, where the search would stay; the first is the model's own."""
     problem = swing().problem
     lanes = np.asarray(ij.Starts(64).lanes(problem))
@@ -80,7 +80,7 @@ def test_scattered_starts_are_where_all_parameters_are_felt():
     assert np.ptp(r) > 0.7
 
 
-def test_a_fit_of_known_numbers_inside_jit():
+def test_fit_of_constants_inside_jit():
     """The search is part of the program, and finds what it finds outside."""
     _, expected = line()
     problem = expected.problem

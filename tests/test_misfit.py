@@ -37,7 +37,7 @@ def left_by_a_line(values) -> float:
 
 
 @pytest.mark.parametrize("size", [0.01, 10.0])
-def test_a_wave_is_no_straight_line(size):
+def test_misfit_of_wave_by_straight_line(size):
     values = 0.3 + 0.7 * TS + size * WAVE
     found = fitted_by_a_line(values)
     assert bool(found.converged)
@@ -53,7 +53,7 @@ def test_a_wave_is_no_straight_line(size):
     assert bool(np.all(np.isinf(ij.identifiability(found).bounds))) is missed
 
 
-def test_a_profile_does_not_identify_what_did_not_converge():
+def test_profile_of_unconverged_fit_identifies_nothing():
     _, found = line()
     open_ = dataclasses.replace(found, converged=jnp.asarray(False))
     same = ij.profiled(open_)
@@ -74,7 +74,7 @@ SMOOTH = np.sqrt(2) * np.sin(np.linspace(0.0, 30.0, 400))
         (np.full(400, np.nan), False),
     ],
 )
-def test_residuals_that_no_noise_can_be(residuals, missed):
+def test_misfit_of_residuals_larger_than_motion(residuals, missed):
     values = np.cos(np.linspace(0.0, 40.0, 400))
     values = values / values.std()
     recording = ij.Recording(jnp.arange(400.0), jnp.asarray(values), ij.Angle())

@@ -27,13 +27,13 @@ def decay(state, ts=TS, omega_n=OMEGA_N, zeta=ZETA):
     return np.asarray(solution.position(ts)), np.asarray(solution.velocity(ts))
 
 
-def test_cases_1_and_2_are_the_printed_formulas():
+def test_multiple_scales_cases_1_and_2():
     np.testing.assert_allclose(decay((0.7, 0.0)), case_1(TS, 0.7), atol=1e-11)
     np.testing.assert_allclose(decay((0.0, 9.0)), case_2(TS, 9.0), atol=1e-11)
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_general_state_solves_the_printed_pair_of_equations(state):
+def test_multiple_scales_general_state(state):
     def mismatch(constants):
         position, velocity = general(0.0, *constants)
         return [position - state[0], (velocity - state[1]) / OMEGA_N]
@@ -45,12 +45,12 @@ def test_general_state_solves_the_printed_pair_of_equations(state):
     np.testing.assert_allclose(decay(state), general(TS, *found.x), rtol=0, atol=1e-9)
 
 
-def test_without_damping():
+def test_multiple_scales_without_damping():
     expected = 0.6 * np.cos(OMEGA_N * TS * (1 - 0.36 / 16))
     np.testing.assert_allclose(decay((0.6, 0.0), zeta=0.0)[0], expected, atol=1e-13)
 
 
-def test_at_small_amplitude_only_the_damped_frequency_is_missing():
+def test_multiple_scales_at_small_amplitude():
     small, zeta = 1e-5, 0.01
     damped = OMEGA_N * math.sqrt(1 - zeta**2)
     linear = small * np.exp(-zeta * OMEGA_N * TS) * np.sin(damped * TS)
@@ -61,7 +61,7 @@ def test_at_small_amplitude_only_the_damped_frequency_is_missing():
 
 
 @pytest.mark.parametrize("angle", [math.pi / 2, -math.pi / 2, math.pi])
-def test_time_to_turn(angle):
+def test_multiple_scales_time_to_turn(angle):
     solution = ij.MultipleScales(PENDULUM, ij.InitialState(0.7))
 
     def argument(t):
@@ -71,7 +71,7 @@ def test_time_to_turn(angle):
     assert float(solution.time_to_turn(angle)) == pytest.approx(expected, rel=1e-12)
 
 
-def test_time_to_turn_has_derivatives():
+def test_multiple_scales_time_to_turn_derivatives():
     def package(omega, zeta, theta0):
         solution = ij.MultipleScales(ij.Pendulum(omega, zeta), ij.InitialState(theta0))
         return solution.time_to_turn(math.pi / 2)
@@ -90,7 +90,7 @@ def test_time_to_turn_has_derivatives():
     np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
-def test_jit_vmap_and_derivatives():
+def test_multiple_scales_under_jit_vmap_and_grad():
     @jax.jit
     @functools.partial(jax.vmap, in_axes=(None, None, 0, 0))
     @functools.partial(jax.value_and_grad, argnums=(0, 1, 2, 3))
@@ -115,7 +115,7 @@ def test_jit_vmap_and_derivatives():
 
 
 @pytest.mark.parametrize("degrees", [10, 45, 90])
-def test_bias_is_what_the_docstring_says(degrees):
+def test_multiple_scales_bias_as_documented(degrees):
     amplitude = math.radians(degrees)
 
     def falls(t, y):
@@ -190,21 +190,21 @@ def both_fits(degrees):
 
 
 @thorough
-def test_a_small_free_decay_fitted_by_both_is_the_same():
+def test_small_free_decay_fits_agree():
     exact, errors, formula = both_fits(5)
     assert np.all(np.abs(formula - exact) < errors / 4)
     assert np.all(np.abs(exact - [OMEGA_N, ZETA]) < 3 * errors)
 
 
 @pytest.mark.parametrize(("degrees", "bias"), [(45, (2.5e-4, 0.0224)), (90, (4.2e-3, 0.0767))])
-def test_the_formula_fitted_to_a_large_free_decay_is_biased(degrees, bias):
+def test_multiple_scales_fit_of_large_decay_is_biased(degrees, bias):
     """As docs/multiple-scales.md says."""
     exact, errors, formula = both_fits(degrees)
     assert np.all(np.abs(exact - [OMEGA_N, ZETA]) < 3 * errors)
     np.testing.assert_allclose(formula / exact - 1, bias, rtol=0.1)
 
 
-def test_piecewise_trajectory_chains_the_printed_cases():
+def test_piecewise_trajectory_joins_both_cases():
     numbers = [OMEGA_N, ZETA, 0.6, 0.7]
     slopes, (found, position) = piecewise(jnp.array(numbers))
     expected, times, speeds = literal_chain(0.7, 0.6, FINE, 4)
@@ -244,7 +244,7 @@ def test_piecewise_trajectory_from_any_state_and_after_the_last_impact():
     assert np.isnan(outside.impact_time[1])
 
 
-def test_refusals():
+def test_multiple_scales_refuses_wrong_arguments():
     shaken = ij.Pendulum(OMEGA_N, base=ij.HarmonicMotion(0.001, 10.0))
     for wrong in (shaken, ij.Pendulum(OMEGA_N, dry_friction=0.1)):
         with pytest.raises(ValueError, match="neither dry friction nor a moving base"):

@@ -43,7 +43,7 @@ def force(law, speed):
 
 
 @pytest.mark.parametrize(("small", "large"), SPECIAL_CASES)
-def test_a_special_case_is_the_smaller_law(small, large):
+def test_special_case_equals_smaller_law(small, large):
     started = {type(law): law for law in (start(SEEN) for start in LAWS.values())}
     law, larger, kind = started[small], started[large], cast("Any", large)
     at = values_of(larger) | values_of(law)
@@ -100,7 +100,7 @@ def test_more_friction_never_fits_worse():
     assert fits[True].worse_than == ()
 
 
-def test_a_model_that_fits_worse_than_its_special_case_has_no_result():
+def test_fit_worse_than_special_case_has_no_result():
     viscous, both = sorted(compared(), key=lambda each: each.is_dry)
     assert _is_worse(
         viscous.estimate, dataclasses.replace(both.estimate, rms=0.9 * viscous.estimate.rms)

@@ -62,7 +62,7 @@ def test_levinson_solves_the_yule_walker_equations():
         assert not np.any(weights[order, order:])
 
 
-def test_spread_is_that_of_the_autocovariances():
+def test_score_covariance_follows_autocovariances():
     """Jᵀ Ω J with the Toeplitz matrix of the fitted autoregression, summed term by term."""
     scores = jnp.asarray(correlated(1, 0.7)[0])
     jacobian = np.stack([np.ones(len(TS)), TS], axis=1)
@@ -77,7 +77,7 @@ def test_spread_is_that_of_the_autocovariances():
     np.testing.assert_allclose(found, expected, rtol=1e-10)
 
 
-def test_white_residuals_are_taken_as_white():
+def test_white_residuals_have_order_zero():
     rng = np.random.default_rng(1)
     found = lines(SIZE * rng.standard_normal((REPLICATES, len(TS))))
     assert np.mean(found.memory == 0) > 0.95
@@ -85,7 +85,7 @@ def test_white_residuals_are_taken_as_white():
 
 
 @pytest.mark.parametrize("share", [0.5, 0.75])
-def test_intervals_keep_their_promise_under_correlated_noise(share):
+def test_interval_coverage_under_correlated_noise(share):
     noise = correlated(REPLICATES, share)
     found = lines(noise)
     assert np.all((coverage(found) > 0.92) & (coverage(found) < 0.98))
@@ -93,13 +93,13 @@ def test_intervals_keep_their_promise_under_correlated_noise(share):
     np.testing.assert_allclose(np.median(found.standard_errors, axis=0), empirical, rtol=0.15)
 
 
-def test_errors_of_white_noise_are_too_small_for_correlated_noise():
+def test_white_noise_errors_underestimate_under_correlation():
     found = lines(correlated(REPLICATES, 0.9), noise=ij.WhiteNoise())
     assert np.all(coverage(found) < 0.6)
 
 
 @pytest.mark.parametrize("loss", [ij.SoftL1(SIZE), ij.Cauchy(2 * SIZE), ij.StudentT(SIZE)])
-def test_outliers_hardly_count_in_a_robust_fit(loss):
+def test_robust_fit_ignores_outliers(loss):
     rng = np.random.default_rng(2)
     noise = SIZE * rng.standard_normal((REPLICATES, len(TS)))
     noise += np.where(rng.random(noise.shape) < 0.1, 30 * SIZE * rng.random(noise.shape), 0.0)
@@ -113,7 +113,7 @@ def test_outliers_hardly_count_in_a_robust_fit(loss):
 
 
 @pytest.mark.parametrize("loss", [ij.Squares(), ij.SoftL1(0.3), ij.Cauchy(0.3), ij.StudentT(0.3)])
-def test_losses_are_squares_for_small_residuals(loss):
+def test_losses_are_quadratic_for_small_residuals(loss):
     small, large = jnp.array([0.0, 1e-5]), jnp.array([3.0])
     np.testing.assert_allclose(loss.cost(small), small**2 / 2, atol=1e-18)
     np.testing.assert_allclose(loss.weight(small), 1.0, atol=1e-7)
@@ -123,7 +123,7 @@ def test_losses_are_squares_for_small_residuals(loss):
 
 
 @thorough
-def test_correlated_noise_does_not_speak_for_a_law_with_more_parameters():
+def test_qaic_ignores_extra_parameter_under_ar_noise():
     """A mass at rest, fitted with and without a speed: it moves by nothing but its noise."""
     noise = correlated(REPLICATES, 0.75)
     moving, still = lines(noise, speed=0.0), lines(noise, speed=0.0, fixed=("x_dot0",))
@@ -132,7 +132,7 @@ def test_correlated_noise_does_not_speak_for_a_law_with_more_parameters():
 
 
 @thorough
-def test_independent_residuals_leave_the_criterion_as_it_is():
+def test_qaic_of_independent_residuals_is_aic():
     """But for its term for few observations, 2 k (k + 1)/(n − k − 1), with k of 3 and 2."""
     noise = SIZE * np.random.default_rng(4).standard_normal((20, len(TS)))
     moving, still = lines(noise), lines(noise, fixed=("x_dot0",))

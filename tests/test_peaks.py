@@ -12,7 +12,7 @@ pytestmark = quick
 
 
 @pytest.mark.parametrize("prominence", [0.1, 1.0, 4.0])
-def test_peaks_stand_out_as_asked(prominence):
+def test_peaks_have_requested_prominence(prominence):
     """Of random walks, and of small whole numbers, which have level tops and equal ones."""
     rng = np.random.default_rng(0)
     for length in range(1, 200):
@@ -25,7 +25,7 @@ def test_peaks_stand_out_as_asked(prominence):
 @pytest.mark.parametrize("width", [7, 9, 75])
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_polynomials_smooth_up_to_both_ends(width, degree, order):
+def test_savitzky_golay_is_exact_for_polynomials(width, degree, order):
     values = np.random.default_rng(1).standard_normal(200)
     found = savitzky_golay(values, width, degree, order, 0.01)
     expected = np.asarray(signal.savgol_filter(values, width, degree, deriv=order, delta=0.01))

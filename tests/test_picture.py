@@ -13,7 +13,7 @@ pytestmark = quick
 @pytest.mark.parametrize("size", [2e-9, 2e-5, 3e-4, 0.02, 1.0, 700.0, 9000.0, 4e7])
 @pytest.mark.parametrize("width", [4.2, 9.0])
 @pytest.mark.parametrize("height", [2.4, 3.6])
-def test_labels_are_inside(size, width, height):
+def test_figure_labels_are_inside_margins(size, width, height):
     def draw(ax: Axes) -> Axes:
         ax.plot(np.linspace(-1, 1, 5) * size, np.linspace(-1, 1, 5) * size, label="recorded")
         ax.set(xlabel="approach speed [m/s]", ylabel="angular acceleration [rad/s²]")

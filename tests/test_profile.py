@@ -33,7 +33,7 @@ def failing_beyond(distance, name="x_dot0", side=1):
 
 @pytest.mark.parametrize("side", [-1, 1])
 @pytest.mark.parametrize("distance", [0.0, 0.3, 1.7])
-def test_a_walk_that_cannot_go_on_bounds_nothing(distance, side):
+def test_failing_profile_bounds_nothing(distance, side):
     found, at = failing_beyond(distance, side=side)
     _, whole = line()
     assert found.verdict("x_dot0") is ij.Verdict.UNDECIDED
@@ -46,7 +46,7 @@ def test_a_walk_that_cannot_go_on_bounds_nothing(distance, side):
     assert "(undecided)" in str(found)
 
 
-def test_a_limit_before_the_failure_is_found():
+def test_profile_limit_before_failure_is_found():
     found, at = failing_beyond(2.06)  # the limit is 2.045, Student's with 29 degrees of freedom
     _, whole = line()
     assert found.verdict("x_dot0") is ij.Verdict.IDENTIFIED
@@ -54,12 +54,12 @@ def test_a_limit_before_the_failure_is_found():
     np.testing.assert_allclose(found.high[at], whole.high[at], atol=0.02 * half)
 
 
-def test_a_failure_just_beyond_the_first_step_is_walked_up_to():
+def test_profile_approaches_failure_beyond_first_step():
     found, _ = failing_beyond(3.0)
     assert found.verdict("x_dot0") is ij.Verdict.IDENTIFIED
 
 
-def test_an_open_side_is_open_although_something_fails_far_out():
+def test_profile_side_is_open_despite_distant_failure():
 
     walk = _Walk(0, 1, 1.0, 1.0, logarithmic=True, farthest=math.inf, limit=2.0)
     while not walk.done:
@@ -68,7 +68,7 @@ def test_an_open_side_is_open_although_something_fails_far_out():
     assert walk.end(math.inf) == math.inf
 
 
-def test_standard_errors_agree_with_the_profile():
+def test_standard_errors_agree_with_profile():
     """Errors that are twice what they should be, of a line with the errors of the textbook."""
     _, found = line()
     wrong = dataclasses.replace(

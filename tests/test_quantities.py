@@ -26,7 +26,7 @@ def in_contact():
     return np.asarray(DROP.position) < 0
 
 
-def test_acceleration_is_the_slope_of_velocity():
+def test_acceleration_is_derivative_of_velocity():
     slope = np.gradient(np.asarray(DROP.velocity), TS)
     smooth = np.abs(np.diff(in_contact(), prepend=False, append=False).astype(int))
     away = np.convolve(smooth, np.ones(5))[2:-3] == 0
@@ -35,7 +35,7 @@ def test_acceleration_is_the_slope_of_velocity():
     np.testing.assert_array_equal(shown(ij.Velocity()), DROP.velocity)
 
 
-def test_contact_force_is_that_of_spring_and_dashpot():
+def test_contact_force_of_spring_and_dashpot():
     depth, rate = -np.asarray(DROP.position), -np.asarray(DROP.velocity)
     force = MASS * (OMEGA0**2 * depth + 2 * GAMMA * OMEGA0 * rate)
     np.testing.assert_allclose(
@@ -43,7 +43,7 @@ def test_contact_force_is_that_of_spring_and_dashpot():
     )
 
 
-def test_an_accelerometer_feels_contact_and_drag_but_no_gravity():
+def test_proper_acceleration_excludes_gravity():
     felt = shown(ij.ProperAcceleration())
     np.testing.assert_allclose(felt, shown(ij.Acceleration()) + GRAVITY, atol=1e-12)
     falls = TS < 0.2
@@ -51,7 +51,7 @@ def test_an_accelerometer_feels_contact_and_drag_but_no_gravity():
     np.testing.assert_allclose(felt[falls], drag, rtol=1e-9, atol=1e-12)
 
 
-def test_a_rigid_stop_carries_what_rests_on_it():
+def test_rigid_stop_carries_resting_mass():
     model = ij.ImpactOscillator(ij.BouncingBall(GRAVITY, mass=MASS), ij.Stop(ij.Restitution(0.3)))
     run = ij.simulate(model, ij.InitialState(0.05), TS)
     end = 0.1010 * (1 + 2 * 0.3 / 0.7)  # √(2 h / g) and the series of flights
@@ -65,14 +65,14 @@ def test_a_rigid_stop_carries_what_rests_on_it():
         np.testing.assert_allclose(found[end + 0.01 < TS], rests, rtol=1e-12)
 
 
-def test_a_pendulum_that_friction_holds_has_no_acceleration():
+def test_held_pendulum_has_no_acceleration():
     model = ij.ImpactOscillator(ij.Pendulum(10.0, 0.0, length=0.1, dry_friction=30.0))
     run = ij.simulate(model, ij.InitialState(0.25), np.linspace(0.0, 1.0, 11))
     np.testing.assert_array_equal(shown(ij.AngularAcceleration(), model, run), 0)
     np.testing.assert_array_equal(shown(ij.AngularVelocity(), model, run), 0)
 
 
-def test_a_law_with_a_memory_is_refused():
+def test_force_record_refuses_law_with_internal_state():
     model = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Maxwell(100.0, 0.1)))
     run = ij.simulate(model, ij.InitialState(0.1, -1.0), TS[:100])
     with pytest.raises(ValueError, match="force of Maxwell depends on more"):
@@ -85,7 +85,7 @@ QUANTITIES = [ij.Velocity(), ij.ProperAcceleration(), ij.ContactForce()]
 @pytest.mark.parametrize(
     "quantity", mostly_thorough(QUANTITIES, QUANTITIES[1]), ids=lambda q: q.name
 )
-def test_a_bouncing_ball_is_found_without_its_displacement(quantity):
+def test_bouncing_ball_is_fitted_without_displacement(quantity):
     """The truth comes back from exact values, with no guess."""
     truth = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.KelvinVoigt(300.0, 0.1)))
     ts = jnp.linspace(0.0, 0.8, 801)

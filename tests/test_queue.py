@@ -34,7 +34,7 @@ def expected(b, starts):
 
 
 @pytest.mark.parametrize("count", [1, 7, 8, 9, 100, 300])
-def test_each_lane_has_its_own_end(count):
+def test_lanes_end_independently(count):
     starts = np.arange(1, count + 1)
     found = jax.jit(lambda n: in_turn(COLLATZ, jnp.int32(1), n))(jnp.asarray(starts, jnp.int32))
     np.testing.assert_array_equal(found["steps"][:, 0], expected(1, starts))
@@ -46,7 +46,7 @@ ADDED = np.array([[1, 5, 7]] * 5) + 2 * np.arange(5)[:, None]
 
 
 @pytest.mark.parametrize("axes", [(0, 0), (None, 0), (0, None)])
-def test_all_members_of_a_batch_are_one_queue(axes):
+def test_batch_members_share_one_queue(axes):
     """Of two batches, one in the other, over data, lanes or both."""
     over_data, over_lanes = axes
     b, n = jnp.asarray(ADDED, jnp.int32), jnp.asarray(STARTS, jnp.int32)
@@ -69,7 +69,7 @@ HERON = Iteration(
 )
 
 
-def test_derivatives_are_those_of_the_iteration():
+def test_queue_derivatives_are_those_of_the_iteration():
     def root(b):
         return in_turn(HERON, b, jnp.linspace(0.1, 50.0, 20))
 

@@ -52,7 +52,7 @@ def ranking(*fits: ij.Fitted) -> str:
 
 
 @pytest.mark.parametrize("freedom", [None, 3.0, 40.0, np.inf])
-def test_ranking_and_table_follow_one_number(freedom):
+def test_ranking_sentence_and_table_use_the_same_difference(freedom):
     """Law b is behind by every amount around ten; so is what the table shows."""
     narrow = line()[1]
     for ahead in (0.0, 2.0, 9.96, 9.9999, 10.0, 10.04, 60.0, 2000.0):
@@ -65,7 +65,7 @@ def test_ranking_and_table_follow_one_number(freedom):
         assert ("cannot be told apart from b" in said) == (by < 10.0), (said, by)
 
 
-def test_correlated_residuals_count_as_fewer():
+def test_correlated_residuals_reduce_sample_size():
     """The quasi-likelihood criterion by hand: 400 that count as 40; both laws find 3 numbers."""
     pair = [
         law(name, aic, of=line()[1], freedom=38.0).estimate for name, aic in (("a", 0), ("b", 60))
@@ -73,7 +73,7 @@ def test_correlated_residuals_count_as_fewer():
     np.testing.assert_allclose(differences(pair), [0.0, 60 * 40 / 400], atol=1e-12)
 
 
-def test_few_observations_count_by_the_corrected_criterion():
+def test_few_observations_use_corrected_criterion():
     """By hand: AIC + 2 k (k + 1)/(n − k − 1), with k of 3 and 5, from 9 observations."""
     narrow, wide = line()[1], swing()
     pair = [law("a", 0.0, of=narrow, n=9), law("b", -10.0, of=wide, n=9)]
@@ -83,7 +83,7 @@ def test_few_observations_count_by_the_corrected_criterion():
 
 
 @pytest.mark.parametrize("n", [5, 6, 7])
-def test_a_criterion_that_does_not_exist_decides_nothing(n):
+def test_undefined_criterion_ranks_nothing(n):
     """Of k = 5 numbers from n observations it exists for n > 6."""
     narrow, wide = line()[1], swing()
     fits = [law("a", 0.0, of=narrow, n=n), law("b", -200.0, of=wide, n=n)]
@@ -102,13 +102,13 @@ def test_a_criterion_that_does_not_exist_decides_nothing(n):
         assert found[1]["aicc"] is None
 
 
-def test_no_criterion_at_all_is_said():
+def test_undefined_criterion_is_reported():
     fits = [law(name, aic, of=swing(), n=5) for name, aic in (("a", 0.0), ("b", -200.0))]
     assert "too short to rank the laws" in ranking(*fits)
     assert [row["behind"] for row in law_rows(fits)] == ["–", "–"]
 
 
-def test_order_follows_the_criterion_and_failed_fits_come_last():
+def test_order_by_criterion_with_failed_fits_last():
     rng = np.random.default_rng(0)
     for _ in range(50):
         several = [
@@ -155,7 +155,7 @@ def missing(aic: float, dry: bool) -> ij.Fitted:
 
 
 @pytest.mark.parametrize("ahead", [1.0, 500.0])
-def test_nothing_is_said_to_describe_what_is_missed(ahead):
+def test_misfitting_laws_are_not_ranked(ahead):
     said = sentences([missing(0.0, True), missing(ahead, False)])
     assert any("70 % of its motion is left" in each for each in said)
     assert not any("friction describes" in each or "friction alone" in each for each in said)
@@ -168,7 +168,7 @@ def test_nothing_is_said_to_describe_what_is_missed(ahead):
     )
 
 
-def test_friction_follows_the_same_difference():
+def test_friction_sentence_uses_the_same_difference():
     narrow = line()[1]
     for ahead, freedom, says in ((60.0, None, "alone does not"), (60.0, 38.0, "gives no reason")):
         dry = law("free flight", 0.0, of=with_dry_friction(narrow), freedom=freedom)
@@ -189,7 +189,7 @@ def test_laws_tried_with_and_without_friction_are_ranked_once():
 
 
 @pytest.mark.parametrize(("times", "says"), [(0.3, False), (0.9, True), (1.1, True), (1.3, False)])
-def test_quantisation_is_said_to_be_all_only_where_it_is(times, says):
+def test_quantisation_sentence_only_at_quantisation_level(times, says):
     fitted = law("free flight", 0.0, of=line()[1])
     own = eqx.tree_at(
         lambda e: (e.problem.system.sensor.quantisation, e.rms),
@@ -206,7 +206,7 @@ def test_quantisation_is_said_to_be_all_only_where_it_is(times, says):
 @pytest.mark.parametrize(
     ("a", "b"), [(73.4, 73.5), (73.401, 73.402), (1.0, 2.0), (2e-9, 2.000001e-9)]
 )
-def test_different_numbers_are_shown_different(a, b):
+def test_different_numbers_are_printed_differently(a, b):
     shown = apart(a, b)
     assert shown[0] != shown[1]
     assert (float(shown[0]) < float(shown[1])) == (a < b)

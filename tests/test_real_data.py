@@ -50,7 +50,7 @@ def test_free_pendulum_has_dry_friction(pendulum):
         assert pendulum.parameter(name)["verdict"] == "identified"
 
 
-def test_free_pendulum_is_not_described_by_viscous_friction_alone(pendulum):
+def test_free_pendulum_rejects_viscous_friction_alone(pendulum):
     viscous = of_friction(pendulum, "viscous")
     assert 10.93 <= viscous["parameters"]["omega_n"]["value"] <= 11.00
     assert viscous["rms_residual"]["value"] > 0.8 * 3.14159 / 180

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"there are no recordi
 
 
 @thorough
-def test_three_pendulum_runs_agree_with_the_hand_found_and_the_offset_fitted(tmp_path):
+def test_three_pendulum_runs_agree(tmp_path):
     files = sorted((REAL / "free_pendulum").glob("*.txt"))
     runs = [each for each in files if "data" in each.name]
     sidecar = SIDECARS / "pendulum_released.toml"
@@ -34,7 +34,7 @@ def test_three_pendulum_runs_agree_with_the_hand_found_and_the_offset_fitted(tmp
         assert note in " ".join(found.stdout.split())
 
 
-def test_onsets_in_the_sound_are_those_that_people_found():
+def test_onsets_agree_with_manual_annotation():
     onsets = read_onsets(REAL / "pingpong_bounce" / "pingpong.wav")
     known = np.loadtxt(
         REAL / "pingpong_bounce" / "derived_onsets.csv", delimiter=",", skiprows=1, usecols=1
@@ -44,7 +44,7 @@ def test_onsets_in_the_sound_are_those_that_people_found():
     assert np.median(late) < 3e-5
 
 
-def test_restitution_from_the_sound_itself(tmp_path):
+def test_restitution_from_sound(tmp_path):
     """The author's value is 0.9451."""
     sound = REAL / "pingpong_bounce" / "pingpong.wav"
     found = fitted(tmp_path, sound, "--law", "restitution")
@@ -53,7 +53,7 @@ def test_restitution_from_the_sound_itself(tmp_path):
 
 
 @thorough
-def test_a_clipped_landing_gives_bounds_and_no_nonsense(tmp_path):
+def test_clipped_landing_gives_bounds(tmp_path):
     """A drop of 2.1 m by its duration; the landing has no spring that is stiff."""
     found = fitted(
         tmp_path,
@@ -69,7 +69,7 @@ def test_a_clipped_landing_gives_bounds_and_no_nonsense(tmp_path):
     assert 0 <= low < found.parameter("omega0")["value"] < 100
 
 
-def test_read_recording_tells_what_was_left_out():
+def test_read_recording_notes_left_out_samples():
     file = ij.io.read_recording(
         REAL / "phone_drop" / "fall_10_raw.csv", SIDECARS / "phone_drop.toml"
     )

@@ -28,7 +28,7 @@ def as_mask(valid):
         (TS, TS, [True], "`valid` must be true or false for each of 4"),
     ],
 )
-def test_a_recording_refuses_what_makes_no_sense(ts, values, valid, words):
+def test_recording_refuses_wrong_arguments(ts, values, valid, words):
     with pytest.raises(ValueError, match=words):
         ij.Recording(np.array(ts), np.array(values), ij.Displacement(), as_mask(valid))
 
@@ -45,17 +45,17 @@ def test_a_recording_refuses_what_makes_no_sense(ts, values, valid, words):
         ([0.1, 0.2], [1, 1], "`valid` must be true or false for each of 2"),
     ],
 )
-def test_impact_times_refuse_what_makes_no_sense(times, valid, words):
+def test_impact_times_refuse_wrong_arguments(times, valid, words):
     with pytest.raises(ValueError, match=words):
         ij.ImpactTimes(np.array(times), as_mask(valid))
 
 
-def test_whole_numbers_are_numbers():
+def test_recording_accepts_integers():
     recording = ij.Recording(np.arange(3), np.arange(3), ij.Displacement())
     assert recording.ts.dtype == recording.values.dtype == jnp.result_type(float)
 
 
-def test_what_is_not_finite_does_not_count():
+def test_non_finite_observations_do_not_count():
     recording = ij.Recording(TS, np.array([0.0, np.nan, np.inf, 0.3]), ij.Displacement())
     assert recording.valid.tolist() == [True, False, False, True]
     values = np.array([0.0, np.nan, 0.2, 0.3])
@@ -65,7 +65,7 @@ def test_what_is_not_finite_does_not_count():
 
 
 @pytest.mark.parametrize("missed", [4, 8])
-def test_an_impact_without_a_time_keeps_its_number(missed):
+def test_missed_impact_keeps_its_number(missed):
     r, speed, gravity = 0.8, 1.5, 9.80665
     times = 0.1 + 2 * speed / gravity * (1 - r ** np.arange(9)) / (1 - r)
     times[missed] = np.nan
@@ -81,7 +81,7 @@ def test_an_impact_without_a_time_keeps_its_number(missed):
     assert bool(found.converged)
 
 
-def test_nothing_that_counts_is_not_a_fit():
+def test_all_invalid_recording_does_not_converge_under_jit():
     """Under `jit`, where nobody can be told."""
 
     @jax.jit
@@ -95,7 +95,7 @@ def test_nothing_that_counts_is_not_a_fit():
     assert not bool(converged(jnp.zeros(4, bool)))
 
 
-def test_the_whole_record_is_all_of_it():
+def test_whole_record_contains_all_samples():
     """To the last observation, however its time is rounded."""
     times = np.cumsum(np.random.default_rng(0).uniform(0.01, 1.0, (200, 25)), axis=1)
     for each in jnp.asarray(times):

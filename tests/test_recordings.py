@@ -35,7 +35,7 @@ def table(header, times, values):
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("s", 1), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6)])
-def test_units_of_time(tmp_path, unit, factor):
+def test_reader_units_of_time(tmp_path, unit, factor):
     found = sampled(tmp_path, table(f"time [{unit}], angle [rad]", TIMES / factor, [1, 2, 3]))
     np.testing.assert_allclose(found.ts, TIMES, rtol=1e-15)
     np.testing.assert_array_equal(found.values, [1, 2, 3])
@@ -44,7 +44,7 @@ def test_units_of_time(tmp_path, unit, factor):
 @pytest.mark.parametrize(
     ("unit", "factor"), [("rad", 1), ("mrad", 1e-3), ("deg", DEGREE), ("°", DEGREE)]
 )
-def test_units_of_angle(tmp_path, unit, factor):
+def test_reader_units_of_angle(tmp_path, unit, factor):
     found = sampled(tmp_path, table(f"time [s], angle [{unit}]", TIMES, [45, -3.5, 1e-3]))
     np.testing.assert_allclose(found.values, np.array([45, -3.5, 1e-3]) * factor, rtol=1e-15)
     assert isinstance(found.quantity, ij.Angle)
@@ -52,7 +52,7 @@ def test_units_of_angle(tmp_path, unit, factor):
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("m", 1), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6)])
-def test_units_of_displacement(tmp_path, unit, factor):
+def test_reader_units_of_displacement(tmp_path, unit, factor):
     found = sampled(tmp_path, table(f"time [s], displacement [{unit}]", TIMES, [200, -1, 0.5]))
     np.testing.assert_allclose(found.values, np.array([200, -1, 0.5]) * factor, rtol=1e-15)
     assert isinstance(found.quantity, ij.Displacement)
@@ -60,13 +60,13 @@ def test_units_of_displacement(tmp_path, unit, factor):
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("s", 1), ("ms", 1e-3)])
-def test_impact_times(tmp_path, unit, factor):
+def test_reader_of_impact_times(tmp_path, unit, factor):
     found = read(tmp_path, f"impact time [{unit}]\n127\n314.5\n491\n").recording
     assert isinstance(found, ij.ImpactTimes)
     np.testing.assert_allclose(found.times, np.array([127, 314.5, 491]) * factor, rtol=1e-15)
 
 
-def test_columns_that_describe_the_impacts_are_left_out(tmp_path):
+def test_columns_describing_impacts_are_ignored(tmp_path):
     text = "impact time [s], approach speed [m/s], restitution [1]\n0.1, 2, 0.5\n0.3, 1, 0.5\n"
     found = read(tmp_path, text).recording
     assert isinstance(found, ij.ImpactTimes)
@@ -86,13 +86,13 @@ def test_columns_that_describe_the_impacts_are_left_out(tmp_path):
     ],
     ids=["usual", "other order", "capitals", "quoted", "Windows", "BOM and blanks", "comma at end"],
 )
-def test_one_table_in_many_hands(tmp_path, text):
+def test_reader_accepts_csv_dialects(tmp_path, text):
     found = sampled(tmp_path, text)
     np.testing.assert_array_equal(found.ts, TIMES)
     np.testing.assert_allclose(found.values, np.array([45, 44, 43]) * DEGREE, rtol=1e-15)
 
 
-def test_columns_of_other_quantities_are_left_out_and_said(tmp_path):
+def test_unused_columns_are_noted(tmp_path):
     text = "time [s], pressure [kPa], angle [deg], note\n0, 101, 1, 0\n1, 102, 2, 0\n"
     file = read(tmp_path, text)
     assert isinstance(file.recording, ij.Recording)
@@ -102,7 +102,7 @@ def test_columns_of_other_quantities_are_left_out_and_said(tmp_path):
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 @pytest.mark.parametrize("r", [0.3, 0.9])
-def test_samples_that_jump_out_and_back(noise, r):
+def test_outlier_samples_are_left_out(noise, r):
     """Those, and no sample of an impact, a quantised record or a jump in level."""
     t = np.arange(1500) / 500
     fall = np.abs(np.cos(9 * t)) * r ** np.floor(9 * t / np.pi + 0.5)
@@ -167,7 +167,7 @@ def test_sidecar_names_the_column_of_impact_times(tmp_path):
     np.testing.assert_allclose(found.times, [0.314, 0.491], rtol=1e-15)
 
 
-def test_another_sidecar_can_be_named(tmp_path):
+def test_sidecar_path_can_be_given(tmp_path):
     (tmp_path / "record.toml").write_text("this one is not valid")
     (tmp_path / "record.csv").write_text("angle [rad]\n1\n2\n")
     other = tmp_path / "other.toml"
@@ -177,7 +177,7 @@ def test_another_sidecar_can_be_named(tmp_path):
     assert file.sidecar_path == other
 
 
-def test_a_million_rows(tmp_path):
+def test_reader_of_a_million_rows(tmp_path):
     ts = np.arange(1_000_000) * 1e-5
     found = sampled(tmp_path, table("time [s], angle [rad]", ts.round(5).tolist(), ts.tolist()))
     np.testing.assert_allclose(found.ts, ts.reshape(-1, 100).mean(axis=1), rtol=1e-12)

@@ -57,7 +57,7 @@ TS = np.arange(3000) / 1000
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("held", [0.15, 0.4, 0.8])
 @pytest.mark.parametrize("moved", [0.0, 0.5])
-def test_a_swing_is_free_from_its_first_turn(held, moved, noise):
+def test_released_swing_is_free_from_first_turn(held, moved, noise):
     """A hand that holds still, or lifts at half a radian a second."""
     count = int(1000 * held)
     start = 1.0 - moved * (held - TS[:count])
@@ -70,7 +70,7 @@ def test_a_swing_is_free_from_its_first_turn(held, moved, noise):
 
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("held", [0.15, 0.4])
-def test_a_fall_onto_a_stop_is_free_soon_after(held, noise):
+def test_released_fall_is_free_soon_after(held, noise):
     count = int(1000 * held)
     ts = TS[:1600]
     values = np.concatenate([np.full(count, 0.8), bouncing(ts[: 1600 - count], [0.8, 0.0])])
@@ -82,17 +82,17 @@ def test_a_fall_onto_a_stop_is_free_soon_after(held, noise):
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("friction", [0.0, 2.0])
 @pytest.mark.parametrize("first", [[1.0, 0.0], [0.2, 0.0], [2.5, 1.0], [-1.0, -5.0]])
-def test_a_free_swing_is_left_whole(first, friction, noise):
+def test_free_swing_is_not_cut(first, friction, noise):
     assert found(TS, fall(TS, first, friction=friction), noise) is None
 
 
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("first", [[0.8, 0.0], [0.3, 0.0], [0.8, 4.0], [1.4, -2.0]])
-def test_a_free_fall_onto_a_stop_is_left_whole(first, noise):
+def test_free_fall_is_not_cut(first, noise):
     assert found(TS[:1400], bouncing(TS[:1400], first), noise) is None
 
 
-def test_an_accelerometer_shows_fall_and_landing():
+def test_accelerometer_fall_and_landing():
     ts = np.arange(800) / 200
     felt = np.where(ts < 2.0, 9.8, np.where(ts < 2.6, 0.3, 9.8))
     felt[520:530], felt[530:540] = 150.0, 1.0
@@ -105,7 +105,7 @@ def test_an_accelerometer_shows_fall_and_landing():
 
 
 @pytest.mark.parametrize("held", [0.2, 0.4])
-def test_a_ball_is_let_go_without_long_flights_later(held):
+def test_release_of_ball_without_long_flights(held):
     """Its gravity is known, so that a hand shows without another flight to compare with."""
     ts = np.arange(int(240 * (held + 0.8))) / 240
     below = ts < held
@@ -121,7 +121,7 @@ def test_a_ball_is_let_go_without_long_flights_later(held):
     assert found(ts[: len(falls)], falls, 1e-3, ij.BouncingBall(), ij.Displacement()) is None
 
 
-def test_a_gap_in_a_record_is_no_hand():
+def test_gap_in_record_is_not_a_hand():
     values = bouncing(TS[:1600], [0.8, 0.0])
     valid = (TS[:1600] > 0.005) & (TS[:1600] < 0.06)
     recording = ij.Recording(
@@ -130,7 +130,7 @@ def test_a_gap_in_a_record_is_no_hand():
     assert recording.free_part(recording.first_look(ij.Pendulum(10.0, length=0.07))) is None
 
 
-def test_impact_times_and_short_records_have_no_hand():
+def test_impact_times_and_short_records_have_no_release():
     times = ij.ImpactTimes(jnp.array([0.1, 0.5, 0.8, 1.0]))
     assert times.free_part(times.first_look(ij.BouncingBall())) is None
     assert found(TS[:20], fall(TS[:20], [1.0, 0.0]), 0.0) is None

@@ -79,7 +79,7 @@ class Tags(HTMLParser):
         self.found.append((tag, dict(attrs)))
 
 
-def test_the_page_loads_nothing(text):
+def test_page_loads_no_external_files(text):
     for tag, attributes in Tags(text).found:
         assert tag not in ("script", "iframe", "object", "embed", "base"), tag
         for name in ("src", "href", "srcset", "data", "action"):
@@ -88,7 +88,7 @@ def test_the_page_loads_nothing(text):
     assert not re.search(r"https?:|//[a-z]|url\(|@import", style)
 
 
-def test_every_image_is_inside_and_has_words_for_those_who_cannot_see_it(text):
+def test_images_are_embedded_with_alternative_text(text):
     images = [attributes for tag, attributes in Tags(text).found if tag == "img"]
     assert len(images) == PICTURES
     for attributes in images:
@@ -97,13 +97,13 @@ def test_every_image_is_inside_and_has_words_for_those_who_cannot_see_it(text):
     assert len({attributes["alt"] for attributes in images}) == len(images)
 
 
-def test_names_from_outside_stay_text(text):
+def test_file_names_are_escaped_in_page(text):
     assert "<script" not in text
     assert "&lt;script&gt;" in text
     assert "A &lt;bounce&gt; was missed." in text
 
 
-def test_the_page_says_all_numbers_and_verdicts(text, fits):
+def test_page_contains_all_numbers_and_verdicts(text, fits):
     plain = re.sub(r"<[^>]*>", " ", text)
     for fitted in (each for comparison in fits for each in comparison):
         estimate = fitted.estimate
@@ -118,7 +118,7 @@ def test_the_page_says_all_numbers_and_verdicts(text, fits):
 
 @needs_browser
 @pytest.mark.parametrize("width", [1200, 500])
-def test_a_browser_shows_it_all(text, tmp_path, width):
+def test_browser_shows_report(text, tmp_path, width):
     seen = look(text, tmp_path, width)
     assert len(seen.images) == PICTURES
     assert min(seen.images) > 500
@@ -127,7 +127,7 @@ def test_a_browser_shows_it_all(text, tmp_path, width):
 
 
 @needs_browser
-def test_the_browser_would_complain(tmp_path):
+def test_browser_test_can_fail(tmp_path):
     broken = """<html><body><img src="missing.png"><img src="https://a.test/b.png">
     <div style="width: 3000px">wide</div><script>console.error("oh")</script></body></html>"""
     seen = look(broken, tmp_path)
@@ -136,7 +136,7 @@ def test_the_browser_would_complain(tmp_path):
     assert seen.overflow > 1000
 
 
-def test_a_law_that_failed_says_why():
+def test_failed_law_shows_its_reason():
     model = ij.ImpactOscillator(ij.LinearOscillator(5.0, 0.01), ij.Stop(ij.Restitution(0.5)))
     recording = swing().problem.recording
     inside = ij.InitialState(-1.0)
@@ -152,7 +152,7 @@ def test_a_law_that_failed_says_why():
     assert outcome(early) == "not converged after 6 evaluations"
 
 
-def test_a_value_without_a_scale_of_its_own_is_a_bound():
+def test_one_sided_value_is_quoted_as_bound():
     loose = eqx.tree_at(
         lambda e: (e.values, e.standard_errors, e.low, e.high, e.verdicts),
         line()[1],
@@ -169,7 +169,7 @@ def test_a_value_without_a_scale_of_its_own_is_a_bound():
     assert swing().quoted("r") == "any value"
 
 
-def test_sentences_say_what_is_open(bounces):
+def test_sentences_on_undetermined_parameters(bounces):
     said = sentences([ij.Fitted("restitution", swing(), 0.0)])
     assert any(re.search(r"only tells that zeta is at most 0\.0\d+\.", each) for each in said)
     assert "The record does not tell r." in said
@@ -179,7 +179,7 @@ def test_sentences_say_what_is_open(bounces):
     assert any(each.endswith("not determined: zeta, r.") for each in said), said
 
 
-def test_sentences_on_dry_friction_and_on_laws(bounces):
+def test_sentences_on_dry_friction_and_laws(bounces):
     worse, friction = line()[1], "free flight with dry friction"
     same = with_dry_friction(worse)
     better = eqx.tree_at(lambda e: (e.aic, e.rms), same, (worse.aic - 60, 0.9 * worse.rms))
@@ -206,7 +206,7 @@ def test_sentences_on_dry_friction_and_on_laws(bounces):
         (0.5, 0.0, "0.5"),
     ],
 )
-def test_values_have_two_digits_of_their_error(value, error, shown):
+def test_values_are_rounded_to_their_error(value, error, shown):
     assert with_error(value, error) == shown
 
 
@@ -219,11 +219,11 @@ def test_values_have_two_digits_of_their_error(value, error, shown):
         (-np.inf, np.inf, "any value"),
     ],
 )
-def test_open_intervals_are_said(low, high, shown):
+def test_open_intervals_in_words(low, high, shown):
     assert interval(low, high, 0.025) == shown
 
 
-def test_the_document_is_json_without_infinities(fits):
+def test_document_is_json_without_infinities(fits):
     found = document(fits)
     (r,) = [fit["parameters"]["r"] for fit in found["fits"] if fit["recording"] == HOSTILE]
     assert r["standard_error"] is None
@@ -232,7 +232,7 @@ def test_the_document_is_json_without_infinities(fits):
     assert found["recording"] == f"{HOSTILE}, a/line.csv, bounces.csv"
 
 
-def test_more_curves_than_colours(monkeypatch):
+def test_restitution_figure_with_more_curves_than_colours(monkeypatch):
     monkeypatch.setattr("impactjax._report.coupling_figures.LAWS", LAWS[:1])
     _, estimate = line()
     ax = ij.plot.sensitivities(plt.figure().add_subplot(), estimate)
@@ -243,7 +243,7 @@ def test_more_curves_than_colours(monkeypatch):
 
 
 @pytest.mark.parametrize(("worse", "missed"), [(9.0, 0.0), (30.0, 0.0), (30.0, 0.7)])
-def test_a_law_that_is_ruled_out_shows_no_verdicts(worse, missed):
+def test_rejected_law_shows_no_verdicts(worse, missed):
     """In the tables and in `fit.json`; a law that misses the record itself rules none out."""
     _, fit = line()
     best = eqx.tree_at(lambda e: e.misfit, fit, jnp.asarray(missed))

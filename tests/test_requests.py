@@ -23,7 +23,7 @@ def fitted(model=FREE, **arguments):
     return ij.fit(ij.Experiment(model, SWING, start, simulation=SMALL, **arguments))
 
 
-def test_values_of_fixed_parameters_are_taken():
+def test_fixed_values_are_used():
     found = fitted(fixed={"zeta": 0.0017, "x_dot0": 0})
     assert found.names == ("omega_n", "x0")
     oscillator = found.system.model.oscillator
@@ -33,7 +33,7 @@ def test_values_of_fixed_parameters_are_taken():
     assert found.verdict("zeta") is ij.Verdict.FIXED
 
 
-def test_values_of_fixed_parameters_may_be_traced():
+def test_fixed_values_may_be_traced():
     @jax.jit
     def x0(zeta):
         return fitted(fixed={"zeta": zeta, "x_dot0": 0.0}).value("x0")
@@ -80,7 +80,7 @@ class Nested(ij.AbstractImpactLaw):
         ),
     ],
 )
-def test_parameters_that_could_not_be_fitted_are_refused(law, words):
+def test_undeclared_parameters_are_refused(law, words):
     with pytest.raises(ValueError, match=words):
         fitted(ij.ImpactOscillator(ij.LinearOscillator(5.1, 0.01), ij.Stop(law, gap=2.0)))
 
@@ -95,7 +95,7 @@ def test_parameters_that_could_not_be_fitted_are_refused(law, words):
         ({"free": "mass"}, "`free` must be a list of names"),
     ],
 )
-def test_wrong_requests_of_a_fit_are_refused(arguments, words):
+def test_wrong_fit_requests_are_refused(arguments, words):
     with pytest.raises(ValueError, match=words):
         fitted(**arguments)
 
@@ -113,18 +113,18 @@ def test_wrong_requests_of_a_fit_are_refused(arguments, words):
         ({"fixed": {"mass": 1.0}, "free": ("mass",)}, "`mass` is in both `free` and `fixed`"),
     ],
 )
-def test_wrong_preparations_are_refused(said, words):
+def test_wrong_prepare_requests_are_refused(said, words):
     with pytest.raises(ValueError, match=words):
         ij.prepare(SWING, **{"laws": ["none"], **said})
 
 
-def test_names_given_to_information_are_lists():
+def test_information_needs_lists_of_names():
     law = ij.Restitution(0.5)
     with pytest.raises(ValueError, match="`fixed` must be a list of names"):
         ij.information(lambda own: own.restitution(jnp.ones(2)), law, 1.0, fixed="r")
 
 
-def test_an_estimate_of_many_fits_says_so():
+def test_batched_estimate_refuses_single_fit_methods():
     _, one = line()
     many = jax.tree.map(lambda x: jnp.stack([x, x, x]), one)
     assert str(many) == "3 fits of x0, x_dot0: 3 converged, 3 of them describe their record"

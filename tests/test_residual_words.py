@@ -69,7 +69,7 @@ FAMILIES = [
 
 
 @pytest.mark.parametrize("left", FAMILIES)
-def test_independence_names_what_speaks_against_it(left):
+def test_independence_sentence_names_the_failed_test(left):
     (said, *_) = residual_sentences(leaving(left))
     uncorrelated, as_many_runs = limits(left)
     assert said.startswith("The residuals look") == (uncorrelated and as_many_runs)
@@ -84,7 +84,7 @@ def test_independence_names_what_speaks_against_it(left):
 
 
 @pytest.mark.parametrize("lag", [5, 17])
-def test_correlation_at_a_late_lag_is_named_instead_of_the_first(lag):
+def test_independence_sentence_names_the_largest_lag(lag):
     """Lag 1 and the runs are as expected, which is not what the sentence may point at."""
     (said, *_) = residual_sentences(leaving(echo(lag, 0.4, lag)))
     assert said.startswith("The residuals do not look independent")
@@ -93,7 +93,7 @@ def test_correlation_at_a_late_lag_is_named_instead_of_the_first(lag):
 
 
 @pytest.mark.parametrize("kept", [6, 20, 40, 150])
-def test_masked_residuals_are_judged_by_those_that_count(kept):
+def test_masked_residuals_are_ignored(kept):
     """However many are left out, the test rejects independent ones hardly ever."""
     found = []
     for seed in range(40):
@@ -106,7 +106,7 @@ def test_masked_residuals_are_judged_by_those_that_count(kept):
     assert sum(bool(each.independent) for each in found) >= 39
 
 
-def test_what_errors_allow_for_is_said_as_it_is():
+def test_error_inflation_sentence():
     left = leaving(chain(0.9, 1))
     allowed = eqx.tree_at(lambda e: e.inflation, left, jnp.array([0.8, 3.1]))
     (said, *_) = residual_sentences(allowed)
@@ -125,7 +125,7 @@ def test_what_errors_allow_for_is_said_as_it_is():
         (stats.gamma.rvs(8, size=COUNT, random_state=4), "it is lopsided"),
     ],
 )
-def test_shape_of_the_distribution_is_named_where_it_decides(left, says):
+def test_normality_sentence_names_the_shape(left, says):
     """`limit` is what n/6 S² and n/24 K² of normal residuals exceed once in a thousand times."""
     said = residual_sentences(leaving(left))[-1]
     assert says in said
@@ -137,18 +137,18 @@ def test_shape_of_the_distribution_is_named_where_it_decides(left, says):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
-def test_noise_alone_says_nothing_of_the_contact(share):
+def test_noise_gives_no_contact_sentence(share):
     said = [residual_sentences(leaving(chain(share, seed), IMPACTS)) for seed in range(100)]
     assert sum("Just after" in " ".join(each) for each in said) <= 2
 
 
-def test_long_tails_say_nothing_of_the_contact():
+def test_long_tails_give_no_contact_sentence():
     rng = np.random.default_rng(6)
     many = [leaving(rng.standard_t(4, COUNT), IMPACTS) for _ in range(100)]
     assert sum("Just after" in " ".join(residual_sentences(each)) for each in many) <= 2
 
 
-def test_larger_residuals_after_an_impact_are_said_with_their_size():
+def test_larger_residuals_after_impact_sentence():
     left = white(12)
     near = (RESIDUAL_TS >= 1.5) & (RESIDUAL_TS < 1.625)
     left[near] *= 4

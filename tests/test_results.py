@@ -57,14 +57,14 @@ def lane(run, i):
     return jax.tree.map(lambda x: x[i], run)
 
 
-def test_each_lane_says_what_became_of_it():
+def test_lanes_have_result_codes():
     run = one_of_each()
     for i, name in enumerate(LANES):
         result = lane(run.result, i)
         assert result == getattr(RESULTS, name), (name, RESULTS[result])
 
 
-def test_failing_lanes_leave_the_others_bitwise_unchanged():
+def test_failing_lanes_do_not_change_others():
     good = LANES["successful"]
     among_good = run_lanes(jnp.array([good] * len(LANES)))
     among_bad = one_of_each()
@@ -74,7 +74,7 @@ def test_failing_lanes_leave_the_others_bitwise_unchanged():
         np.testing.assert_array_equal(alone, among)
 
 
-def test_samples_after_the_failure_are_nan_and_those_before_are_right():
+def test_samples_after_failure_are_nan():
     run = one_of_each()
     names = list(LANES)
     right = run.position[names.index("successful")]
@@ -87,7 +87,7 @@ def test_samples_after_the_failure_are_nan_and_those_before_are_right():
         assert np.all(np.isnan(run.position[names.index(name)][1:]))
 
 
-def test_a_step_that_sees_no_stop_is_caught(monkeypatch):
+def test_tunnelling_gives_result_code(monkeypatch):
     def nothing(coefficients, settle, margin=0.0):
         return Crossing(jnp.full_like(coefficients[0], jnp.inf), jnp.zeros_like(settle))
 
@@ -98,7 +98,7 @@ def test_a_step_that_sees_no_stop_is_caught(monkeypatch):
     assert np.all(np.isnan(run.position[-2:]))
 
 
-def test_a_run_into_infinity_says_that_the_step_became_too_small():
+def test_divergence_gives_step_too_small():
     """x″ = 6 x²: from x = 1, x′ = 2 it is (1 − t)⁻², infinite at t = 1."""
     model = ij.ImpactOscillator(Own(law=lambda t, x, v: 6 * x**2))
     run = ij.simulate(model, ij.InitialState(1.0, 2.0), 2 * TIMES, max_steps=4096)
@@ -107,7 +107,7 @@ def test_a_run_into_infinity_says_that_the_step_became_too_small():
     assert np.all(np.isnan(run.position[-2:]))
 
 
-def test_each_result_is_reached_above_and_names_the_next_thing_to_try():
+def test_all_result_codes_occur_and_name_a_remedy():
     reached = [*LANES, "stopped_through", "step_too_small"]
     messages = {RESULTS[getattr(RESULTS, name)] for name in reached}
     assert len(messages) == len(RESULTS)
@@ -116,7 +116,7 @@ def test_each_result_is_reached_above_and_names_the_next_thing_to_try():
         assert len(message.split()) > 8
 
 
-def test_samples_before_the_start_are_unknown():
+def test_samples_before_start_are_nan():
     """Where it shows before the run it raises; here the times are traced."""
 
     def go(t0):
@@ -128,7 +128,7 @@ def test_samples_before_the_start_are_unknown():
     assert jnp.all(jnp.isnan(run.position))
 
 
-def test_a_part_of_a_model_that_is_no_number_is_named():
+def test_non_numeric_model_part_is_named():
     class Shaped(ij.AbstractImpactLaw):
         shape: Callable[[Array], Array]
 

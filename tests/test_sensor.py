@@ -37,7 +37,7 @@ def regression(values, kept, sigma=None):
 KEPT = np.arange(31) % 4 != 1
 
 
-def test_masked_samples_do_not_count():
+def test_masked_samples_are_ignored():
     values, _ = line()
     spoiled = np.where(KEPT, values, np.nan)
     found = fit_line(spoiled, jnp.asarray(KEPT))
@@ -54,7 +54,7 @@ def test_masked_samples_do_not_count():
     np.testing.assert_allclose(profile.high, found.high, rtol=1e-6)
 
 
-def test_masks_differ_from_lane_to_lane():
+def test_masks_may_differ_between_lanes():
     values, _ = line()
     masks = np.stack([KEPT, ~KEPT, np.ones(31, bool)])
     many = jax.vmap(lambda valid: fit_line(values, valid))(jnp.asarray(masks))
@@ -69,7 +69,7 @@ def test_too_few_valid_samples_are_refused():
         fit_line(line()[0], jnp.arange(31) < 2)
 
 
-def test_noise_of_known_size():
+def test_known_noise_gives_known_errors():
     values, _ = line()
     sigma, step = 0.04, 0.03
     size = math.sqrt(sigma**2 + step**2 / 12)
@@ -107,20 +107,20 @@ def test_noise_of_known_size():
         (lambda: ij.LevenbergMarquardt(max_iterations=0), "`max_iterations` must be at least 1"),
     ],
 )
-def test_what_makes_no_sense_is_refused(make, words):
+def test_sensor_refuses_wrong_arguments(make, words):
     with pytest.raises(ValueError, match=words):
         make()
 
 
 @pytest.mark.parametrize(("sigma", "said"), [(0.01, True), (0.05, False)])
-def test_a_residual_beyond_the_noise_is_said(sigma, said):
+def test_residual_beyond_noise_is_reported(sigma, said):
     found = fit_line(line()[0], sensor=ij.Sensor(sigma=sigma))
     sentences_said = " ".join(sentences([ij.Fitted("free flight", found, 0.0)]))
     assert ("times the noise that the sensor is said to have" in sentences_said) == said
 
 
 @pytest.mark.parametrize(("step", "said"), [(0.02, True), (0.002, False)])
-def test_a_residual_of_nothing_but_steps_is_said(step, said):
+def test_residual_at_quantisation_level_is_reported(step, said):
     """A straight line, rounded; in the other case with noise of 0.05 m as well."""
     t = np.asarray(TS)
     values = np.round((0.3 + 0.7 * t) / step) * step + (0.0 if said else line()[0] - 0.3 - 0.7 * t)
@@ -194,25 +194,25 @@ WAVE = np.sin(np.linspace(0, 20, 2001))
 
 @pytest.mark.parametrize("step", [1e-4, 1e-2])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_flat_top_is_seen(step, sign):
+def test_clipped_top_is_detected(step, sign):
     values = np.round(np.minimum(WAVE, 0.8) / step) * step
     found = clipped(sign * values, None)
     assert np.mean(WAVE[found] > 0.79) > 0.99
     assert np.count_nonzero(found) > 0.95 * np.count_nonzero(WAVE > 0.81)
 
 
-def test_a_record_that_begins_clipped():
+def test_clipped_beginning_is_detected():
     values = np.minimum(np.cos(np.linspace(0, 20, 2001)), 0.8)
     np.testing.assert_array_equal(clipped(values, None), values == 0.8)
 
 
 @pytest.mark.parametrize("step", [1e-6, 1e-3, 1e-2, 5e-2, 0.2])
 @pytest.mark.parametrize("noise", [0.0, 5e-3])
-def test_the_steps_of_an_encoder_are_not_clipping(step, noise):
+def test_quantisation_is_not_clipping(step, noise):
     noisy = WAVE + noise * np.random.default_rng(3).standard_normal(len(WAVE))
     assert not clipped(np.round(noisy / step) * step, None).any()
 
 
-def test_a_known_level_is_round():
+def test_stated_clipping_level_is_approximate():
     values = np.array([1.0, -156.7, 156.86, 154.0, 153.0])
     np.testing.assert_array_equal(clipped(values, 156.9), [False, True, True, True, False])

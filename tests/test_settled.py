@@ -24,7 +24,7 @@ LAWS = {
 
 
 @pytest.mark.parametrize("name", mostly_thorough(LAWS, "Kelvin-Voigt"))
-def test_it_needs_few_steps_and_ends_in_equilibrium(name):
+def test_settling_needs_few_steps(name):
     law, (k, n, _) = LAWS[name]
     run = drop(law(), max_steps=512)
     assert run.result == ij.RESULTS.successful
@@ -35,7 +35,7 @@ def test_it_needs_few_steps_and_ends_in_equilibrium(name):
     assert not run.impacts.complete[run.impacts.count - 1]
 
 
-def test_the_way_there_is_that_of_scipy():
+def test_settling_motion_agrees_with_scipy():
     run = drop(ij.HertzDashpot(1e8, 2e3), np.linspace(0.14, 0.16, 41), max_steps=512)
     touch = np.sqrt(2 * 0.1 / G)
 
@@ -58,7 +58,7 @@ def test_the_way_there_is_that_of_scipy():
 
 
 @thorough
-def test_its_derivatives_are_those_of_the_equilibrium():
+def test_settled_derivatives_are_those_of_equilibrium():
     def place(omega0, gravity):
         model = ij.ImpactOscillator(ij.BouncingBall(gravity), ij.Stop(ij.KelvinVoigt(omega0, 0.3)))
         run = ij.simulate(
@@ -74,7 +74,7 @@ def test_its_derivatives_are_those_of_the_equilibrium():
 
 
 @thorough
-def test_a_shaken_mass_does_not_settle():
+def test_shaken_mass_does_not_settle():
     base = ij.HarmonicMotion(1e-4, 30.0)
     model = ij.ImpactOscillator(ij.BouncingBall(G, base=base), ij.Stop(ij.KelvinVoigt(200.0, 0.5)))
     run = ij.simulate(model, ij.InitialState(0.01), TIMES, t0=0.0, max_steps=2048)
@@ -86,7 +86,7 @@ def test_a_shaken_mass_does_not_settle():
 
 
 @pytest.mark.parametrize("p", mostly_thorough([0.25, 0.5], 0.25))
-def test_a_force_that_vanishes_at_the_surface_ends_the_contact_once(p):
+def test_force_vanishing_at_surface_ends_settled_contact_once(p):
     law = ij.PowerLaw(1e5, 30.0, 1.0, p, 1.0, separation=ij.AtZeroForce())
     run = drop(law, max_steps=2048)
     assert run.result == ij.RESULTS.successful
@@ -123,7 +123,7 @@ def on_a_kink(k, alpha, q):
 
 
 @thorough
-def test_a_force_with_a_kink_in_the_rate_is_passed():
+def test_force_with_kink_in_rate_settles():
     k, alpha = np.array([1e5, 1e6, 5e7, 3e5]), np.array([0.02, 0.1, 0.02, 0.9])
     q = np.array([0.5, 0.25, 0.25, 0.5])
     run = on_a_kink(k, alpha, q)
@@ -133,7 +133,7 @@ def test_a_force_with_a_kink_in_the_rate_is_passed():
         np.testing.assert_allclose(run.impacts.restitution[i, 0], r, rtol=1e-6)
 
 
-def test_no_restitution_is_a_damping_ratio_of_one():
+def test_zero_restitution_is_critical_damping():
     np.testing.assert_allclose(ij.KelvinVoigt.from_restitution(100.0, 0.0).gamma, 1.0)
     np.testing.assert_allclose(ij.Maxwell.from_restitution(100.0, 0.0).gamma, 1.0)
 
@@ -148,11 +148,11 @@ def test_no_restitution_is_a_damping_ratio_of_one():
     ],
 )
 @pytest.mark.parametrize("r", [0.0, 1.2, -0.1])
-def test_a_restitution_that_no_damping_gives_is_refused(make, r):
+def test_unreachable_restitution_is_refused(make, r):
     with pytest.raises(ValueError, match="Argument `r` must be above 0 and at most 1"):
         make(r)
 
 
-def test_a_force_law_outside_its_range_says_so():
+def test_force_law_outside_range_gives_result_code():
     run = drop(ij.KelvinVoigtLinearRestitution(200.0, 0.9, 0.5), height=0.3)
     assert run.result == ij.RESULTS.restitution_out_of_range

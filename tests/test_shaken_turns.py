@@ -139,7 +139,7 @@ def shaken_runs():
 
 @thorough
 @pytest.mark.parametrize("which", [0, 1, 2], ids=["nearest miss", "deepest penetration", "peak"])
-def test_turns_of_a_shaken_oscillator(shaken_runs, which):
+def test_extremes_of_shaken_oscillator(shaken_runs, which):
     lanes, flies = shaken_lanes()
     chosen = flies if which == 0 else ~flies
     level, slope, turns = jax.jit(jax.vmap(lambda p, here: highest(which, p, here)))(lanes, ~flies)

@@ -63,15 +63,15 @@ def run(name: str) -> str:
     return done.stdout + done.stderr
 
 
-def test_rigid_stops():
+def test_shard_map_with_rigid_stops():
     assert run("rigid").endswith("right\n")
 
 
 @thorough
-def test_runge_kutta_steps():
+def test_shard_map_with_runge_kutta_steps():
     assert run("Runge-Kutta").endswith("right\n")
 
 
 @thorough
-def test_compliant_stops():
+def test_shard_map_with_compliant_stops():
     assert run("compliant").endswith("right\n")

@@ -29,7 +29,7 @@ def truth_of(name: str) -> dict[str, float]:
     return tomllib.loads((DATA / f"{name}.toml").read_text())["truth"]
 
 
-def test_intervals_hold_the_truth(recording):
+def test_shipped_recordings_intervals_contain_truth(recording):
     name, found = recording
     truth = truth_of(name)
     assert len(truth) >= 4
@@ -38,7 +38,7 @@ def test_intervals_hold_the_truth(recording):
         assert low <= value <= high, (parameter, low, value, high)
 
 
-def test_what_the_record_can_tell_is_told(recording):
+def test_shipped_recordings_verdicts(recording):
     """The residual is the noise, 0.2 degrees; each parameter is within four standard errors."""
     name, found = recording
     assert found.best["result"] == "successful"
@@ -51,7 +51,7 @@ def test_what_the_record_can_tell_is_told(recording):
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_the_truth_is_beside_the_recording_and_not_read(name):
+def test_truth_table_is_not_read(name):
     file = read_recording(DATA / f"{name}.csv")
     assert not set(file.sidecar.fixed) & set(truth_of(name))
     assert file.sidecar.start == {}

@@ -38,14 +38,14 @@ def start(name, guess) -> Any:
     return LAWS[name](guess)
 
 
-def test_every_law_is_tested_here():
+def test_starting_values_of_every_law_are_tested():
     assert sorted(LAWS) == sorted(CLOSED + RIGID + INTEGRATED)
     assert set(USUAL_LAWS) <= set(LAWS)
 
 
 @pytest.mark.parametrize("r", [0.3, 0.6, 0.9])
 @pytest.mark.parametrize("name", CLOSED)
-def test_start_has_the_restitution_and_duration_that_were_seen(name, r):
+def test_starting_law_has_observed_restitution_and_duration(name, r):
     law = start(name, seen(r))
     found = law.equivalents(seen(r).speed, MASS)
     np.testing.assert_allclose(found.restitution, 1.0 if name == "hertz" else r, rtol=1e-12)
@@ -53,7 +53,7 @@ def test_start_has_the_restitution_and_duration_that_were_seen(name, r):
 
 
 @pytest.mark.parametrize("name", RIGID)
-def test_rigid_start_has_the_restitution_that_was_seen(name):
+def test_rigid_starting_law_has_observed_restitution(name):
     guess = seen(0.6, slope=0.3)
     law = start(name, guess)
     np.testing.assert_allclose(law.restitution(jnp.asarray(guess.speed)), 0.6, rtol=1e-12)
@@ -63,7 +63,7 @@ def test_rigid_start_has_the_restitution_that_was_seen(name):
 
 
 @thorough
-def test_start_of_the_laws_without_a_closed_form():
+def test_starting_values_of_laws_without_closed_form():
     guess = seen(0.6)
     simon, own = start("simon", guess), start("pust-peterka", guess)
     assert (own.k, own.alpha, own.q) == (simon.k, simon.c, 1)

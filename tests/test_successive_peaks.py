@@ -101,7 +101,7 @@ def test_derivatives_of_restitution_from_peaks():
 
 
 @thorough
-def test_exact_flights_of_other_oscillators_have_closed_forms():
+def test_exact_flights_agree_with_closed_forms():
     first, second = np.array([0.5, 1.0]), np.array([0.2, 0.6])
     gravity, drag = 9.81, 0.4
     ball = ij.successive_peaks(ij.BouncingBall(gravity, drag=drag), first, second)
@@ -122,7 +122,7 @@ def test_exact_flights_of_other_oscillators_have_closed_forms():
     np.testing.assert_array_equal(held.separation_speed, found.separation_speed)
 
 
-def test_refusals():
+def test_successive_peaks_refuse_wrong_arguments():
     shaken = ij.Pendulum(OMEGA_N, base=ij.HarmonicMotion(0.001, 10.0))
     with pytest.raises(ValueError, match="base at rest"):
         ij.successive_peaks(shaken, 0.5, 0.3)

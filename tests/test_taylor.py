@@ -72,7 +72,7 @@ FUNCTIONS = {
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_functions_of_time(name):
+def test_taylor_series_of_functions_of_time(name):
     function, closed_form = FUNCTIONS[name]
     _, (found,) = series(lambda t: [function(t)])
     assert_same(found, closed_form)
@@ -108,14 +108,14 @@ SOLUTIONS = {
 
 
 @pytest.mark.parametrize("name", SOLUTIONS)
-def test_solutions_of_an_equation(name):
+def test_taylor_series_of_ode_solutions(name):
     field, y, closed_forms = SOLUTIONS[name]
     found, _ = series(field, y)
     for own, closed_form in zip(found, closed_forms, strict=True):
         assert_same(own, closed_form)
 
 
-def test_further_functions_of_the_solution():
+def test_taylor_series_of_functions_of_the_solution():
     """The energy of an oscillator is constant to all orders."""
     _, (energy,) = series(lambda t, x, v: [v, -9.0 * x, v**2 / 2 + 9 * x**2 / 2], (1.0, 0.5))
     np.testing.assert_allclose(energy, [4.625, *np.zeros(ORDER)], atol=1e-14)
@@ -131,13 +131,13 @@ def test_further_functions_of_the_solution():
         (lambda x: jnp.where(x > 0, x, 0.0), "RungeKutta"),
     ],
 )
-def test_what_has_no_series_is_refused_in_words(function, word):
+def test_non_analytic_operation_is_named_in_error(function, word):
     with pytest.raises(NotAnalytic, match=word) as caught:
         series(lambda t, y: [function(y)], (1.0,))
     assert "RungeKutta()" in str(caught.value)
 
 
-def test_a_model_without_a_series_takes_a_runge_kutta_step_unless_asked():
+def test_non_analytic_model_takes_runge_kutta_step():
     model = ij.ImpactOscillator(Own(law=lambda t, x, v: -jnp.abs(x)))
     ts = jnp.linspace(0.0, 1.0, 5)
     run = ij.simulate(model, ij.InitialState(1.0), ts)

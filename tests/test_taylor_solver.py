@@ -38,7 +38,7 @@ def solve(field, y0, args, times, tolerance=1e-11):
 
 
 @jax.numpy_dtype_promotion("standard")
-def test_a_vector_valued_field():
+def test_taylor_solver_of_vector_field():
     ours = solve(lorenz, jnp.array([1.0, 1.0, 20.0]), LORENZ, TIMES)
     theirs = solve_ivp(
         lambda t, y: np.asarray(
@@ -55,7 +55,7 @@ def test_a_vector_valued_field():
 
 
 @jax.numpy_dtype_promotion("standard")
-def test_a_forced_pendulum_of_a_tree_and_its_derivative():
+def test_taylor_solver_of_pytree_state_and_derivative():
     """θ″ = −ω² θ + cos t with θ(0) = 1 has a closed form, also in ω."""
 
     def field(t, y, omega):
@@ -77,6 +77,6 @@ def test_a_forced_pendulum_of_a_tree_and_its_derivative():
 
 
 @jax.numpy_dtype_promotion("standard")
-def test_what_has_no_series_is_refused():
+def test_taylor_solver_refuses_non_analytic_field():
     with pytest.raises(ij.NotAnalytic):
         solve(lambda t, y, args: -jnp.abs(y), jnp.asarray(1.0), None, TIMES[:3])

@@ -64,18 +64,18 @@ def regression(sigmas, prior: tuple[float, float] | None = None):
     return covariance @ matrix.T @ target, covariance
 
 
-def test_what_is_shared_and_what_is_not():
+def test_joint_names_of_shared_and_own_parameters():
     assert found(True).names == ("x0[0]", "x_dot0", "x0[1]")
     assert found(True).units == ("m", "m/s", "m")
 
 
-def test_known_noise_gives_weighted_regression():
+def test_joint_fit_is_weighted_regression():
     expected, covariance = regression(SIGMAS)
     np.testing.assert_allclose(found(True).values, expected, rtol=1e-9)
     np.testing.assert_allclose(found(True).covariance, covariance, rtol=1e-9)
 
 
-def test_unknown_sizes_of_noise_are_found_with_the_fit():
+def test_joint_fit_estimates_noise_variances():
     """Regression and the sizes that it leaves, in turn until both rest."""
     sigmas, n = np.array(SIGMAS), sum(map(len, TIMES))
     expected, covariance, left = np.zeros(3), np.eye(3), []
@@ -99,7 +99,7 @@ def test_unknown_sizes_of_noise_are_found_with_the_fit():
     np.testing.assert_allclose(joint.aic, 2 * (3 + 2) - 2 * (likelihood - squares / 2), atol=0.1)
 
 
-def test_prior_knowledge_counts_as_a_measurement():
+def test_prior_counts_as_an_observation():
     prior = ij.Normal(0.72, 0.01)
     first, second = experiments(True)
     first = dataclasses.replace(first, priors={"x_dot0": prior})
@@ -109,7 +109,7 @@ def test_prior_knowledge_counts_as_a_measurement():
     np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-9)
 
 
-def test_the_share_of_one_recording_is_an_estimate_of_it():
+def test_of_experiment_gives_single_estimate():
     joint = found(False)
     for i, own in enumerate(values()):
         each = ij.of_experiment(joint, i)
@@ -122,7 +122,7 @@ def test_the_share_of_one_recording_is_an_estimate_of_it():
         assert float(each.system.initial.velocity) == slope
 
 
-def test_the_profile_of_a_joint_linear_problem_is_its_interval():
+def test_profile_of_joint_linear_problem_is_its_interval():
     profile = ij.profiled(found(True))
     np.testing.assert_allclose(profile.low, found(True).low, rtol=1e-6)
     np.testing.assert_allclose(profile.high, found(True).high, rtol=1e-6)
@@ -139,13 +139,13 @@ def test_the_profile_of_a_joint_linear_problem_is_its_interval():
         lambda joint: ij.plot.starts(plt.figure().add_subplot(), joint),
     ],
 )
-def test_what_is_of_one_recording_asks_for_one(use):
+def test_joint_estimate_refuses_single_recording_functions(use):
     with pytest.raises(ValueError, match="several recordings: take that of one"):
         use(found(known=True))
 
 
 @thorough
-def test_many_joint_fits_in_one_call():
+def test_joint_fits_under_vmap():
     def slope(first, second):
         posed = [
             dataclasses.replace(
@@ -161,7 +161,7 @@ def test_many_joint_fits_in_one_call():
     assert slopes[0] != slopes[1]
 
 
-def test_a_tied_parameter_follows():
+def test_tied_parameter_follows():
     """A mass that starts so fast that it is at twice its first place after a second."""
     recording = experiments(True)[0].recording
     estimate = ij.fit(
@@ -189,12 +189,12 @@ def test_a_tied_parameter_follows():
         ({"priors": {"x0": ij.Normal(0.0, 1.0)}}, "no parameter `x0`"),
     ],
 )
-def test_wrong_names_are_refused(wrong, sentence):
+def test_joint_fit_refuses_wrong_names(wrong, sentence):
     with pytest.raises(ValueError, match=f"(?i){sentence}"):
         ij.fit_together(experiments(True), **wrong)
 
 
-def test_nothing_to_fit_and_impossible_knowledge_are_refused():
+def test_joint_fit_refuses_empty_and_wrong_priors():
     with pytest.raises(ValueError, match="no experiment"):
         ij.fit_together([])
     with pytest.raises(ValueError, match="`sigma` must be finite and greater than 0"):

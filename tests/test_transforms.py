@@ -32,7 +32,7 @@ def lanes(case, count=5):
         "pendulum with dry friction, two stops",
     ),
 )
-def test_vmap_is_the_loop(name):
+def test_vmap_equals_loop(name):
     case = CASES[name]
     batch = jax.jit(jax.vmap(lambda p: run(case, p)))(lanes(case))
     single = jax.jit(lambda p: run(case, p))
@@ -44,7 +44,7 @@ def test_vmap_is_the_loop(name):
 
 
 @thorough
-def test_nested_vmap_and_order_of_lanes():
+def test_nested_vmap_and_lane_order():
     case = CASES["pendulum, Kelvin-Voigt"]
     flat = lanes(case, 6)
     batched = jax.jit(jax.vmap(lambda p: run(case, p).position))
@@ -56,7 +56,7 @@ def test_nested_vmap_and_order_of_lanes():
 
 
 @thorough
-def test_derivatives_of_a_batch_are_a_batch_of_derivatives():
+def test_derivatives_commute_with_vmap():
     case = CASES["pendulum, restitution"]
 
     def last(parameters):
@@ -70,7 +70,7 @@ def test_derivatives_of_a_batch_are_a_batch_of_derivatives():
     np.testing.assert_allclose(each, forward, rtol=1e-11)
 
 
-def test_a_failing_lane_leaves_the_others_bitwise_unchanged():
+def test_failing_lane_is_isolated_bitwise():
     case = CASES["pendulum, restitution"]
     batched = jax.jit(jax.vmap(lambda p: run(case, p)))
     good = lanes(case, 4)
@@ -84,7 +84,7 @@ def test_a_failing_lane_leaves_the_others_bitwise_unchanged():
 
 
 @thorough
-def test_single_precision_gives_the_right_impacts():
+def test_single_precision_impacts():
     case = CASES["pendulum, Kelvin-Voigt"]
     parameters = case.parameters.astype(jnp.float32)
     with jax.enable_x64(False):

@@ -11,7 +11,7 @@ from impactjax._simulate.default_step import natural_order
 IMPACTS = 1000
 
 
-def test_a_lossless_ball_keeps_its_energy_over_a_thousand_impacts():
+def test_lossless_ball_keeps_energy_over_thousand_impacts():
     height, g = 0.3, 9.80665
     model = ij.ImpactOscillator(ij.BouncingBall(g), ij.Stop(ij.Restitution(1.0)))
     flight = 2 * np.sqrt(2 * height / g)
@@ -43,7 +43,7 @@ def pendulum(parameters):
 TIMES = np.linspace(0.0, 1.0, 41)
 
 
-def test_energy_goes_nowhere_but_into_the_impacts():
+def test_energy_is_lost_only_in_impacts():
     run, begin = jax.jit(pendulum)(jnp.array([13.0, 0.15, 0.6]))
     speed, angle = 0.1 * run.velocity[-1], run.position[-1]
     assert angle > 0
@@ -69,7 +69,7 @@ PLAIN = np.array([10.0, 400.0, 0.02, 14.0, 0.3, 0.01, 0.05, 0.0])
 RUN = jax.jit(shaken)
 
 
-def test_units_do_not_matter():
+def test_results_scale_with_units():
     """Lengths three times and times seven times as large."""
     length, time = 3.0, 7.0
     scale = np.array([1 / time, 1 / time, length, 1 / time, 1, length, length, time])
@@ -81,7 +81,7 @@ def test_units_do_not_matter():
     np.testing.assert_allclose(scaled_force, force * length / time**2, rtol=1e-8)
 
 
-def test_the_clock_does_not_matter():
+def test_results_are_invariant_under_time_shift():
     shift = 40.0
     moved = PLAIN + np.array([0, 0, 0, 0, -14.0 * shift, 0, 0, shift])
     x, t, _, count = RUN(PLAIN)
@@ -92,7 +92,7 @@ def test_the_clock_does_not_matter():
 
 
 @pytest.mark.parametrize("step", [ij.TaylorStep(), ij.RungeKutta()], ids=["taylor", "runge-kutta"])
-def test_the_error_is_proportional_to_the_tolerance(step):
+def test_error_is_proportional_to_tolerance(step):
     """Slope of log error against log tolerance, from 1e-4 to 1e-11."""
     tolerances = 10.0 ** -np.arange(4, 12)
     model = ij.ImpactOscillator(ij.Pendulum(13.47, 0.002), ij.Stop(ij.Restitution(0.6)))
@@ -137,7 +137,7 @@ def test_parameter_values_never_cause_a_retrace():
     assert seen == seen[:1] * 3
 
 
-def test_the_order_follows_the_tolerance():
+def test_default_order_follows_tolerance():
     """Jorba and Zou (2005): 1 − ln(ε) / 2; a tolerance whose value is not known counts as small."""
     assert natural_order(np.exp(-19.9)) == 11
     assert natural_order(np.exp(-20.1)) == 12

@@ -49,7 +49,7 @@ def first_turns(parameters):
     return jnp.minimum(GAPS[0] + low, GAPS[1] - high)
 
 
-def test_the_nearest_miss_of_decaying_oscillators():
+def test_nearest_miss_of_decaying_oscillators():
     draw = np.random.default_rng(3).uniform
     x, v = draw(-1.5, 1.5, 48), draw(-6.0, 6.0, 48)
     lanes = jnp.stack([draw(5.0, 12.0, 48), draw(0.0, 0.1, 48), x, v], axis=1)
@@ -132,7 +132,7 @@ def rubbed_reference(speed):
 
 
 @thorough
-def test_turns_with_dry_friction():
+def test_extremes_with_dry_friction():
     speeds = np.linspace(3.0, 5.0, 12)
     value, forward, reverse = both_ways(rubbed)(jnp.asarray(speeds))
     np.testing.assert_allclose(value, [rubbed_reference(speed) for speed in speeds], rtol=1e-8)
@@ -142,7 +142,7 @@ def test_turns_with_dry_friction():
 
 
 @thorough
-def test_a_turn_with_dry_friction_before_a_stop():
+def test_nearest_miss_by_dry_friction():
     """Friction moves the centre of the swing by its share of the stiffness."""
 
     def miss(release):
@@ -182,7 +182,7 @@ def first_contact(oscillator, law, initial):
 
 
 @thorough
-def test_turns_with_drag_on_a_spring_of_hertz():
+def test_extremes_with_drag_on_hertz_spring():
     """A ball of 1 kg; its speed at the floor is √(g (1 − e^(−2 c h))/c)."""
     drag, gravity, k = 0.1, 9.81, 1e4
 
@@ -208,7 +208,7 @@ def test_turns_with_drag_on_a_spring_of_hertz():
 
 
 @thorough
-def test_turns_of_a_damping_whose_slope_is_infinite_at_touch():
+def test_extremes_with_infinite_damping_slope_at_touch():
     """Tsuji's law: depth and force scale with speed v and stiffness k as v^(4/5), v^(6/5), at the
     same c/√k; their derivatives by c are those of SciPy's solution.
     """
@@ -239,7 +239,7 @@ def test_turns_of_a_damping_whose_slope_is_infinite_at_touch():
         np.testing.assert_allclose(logarithmic, expected, atol=1e-4)
 
 
-def test_the_depth_to_which_a_mass_creeps():
+def test_depth_of_creeping_mass():
     """A Maxwell stop that damps so much that the mass stays in it: 2 γ v/ω0."""
     gammas, speed = jnp.array([1.0, 1.01, 1.5, 2.0]), 0.7
     found = jax.jit(
@@ -250,7 +250,7 @@ def test_the_depth_to_which_a_mass_creeps():
 
 
 @pytest.mark.parametrize("step", [ij.TaylorStep(order=4), ij.RungeKutta(diffrax.Bosh3())])
-def test_the_end_of_the_run_on_the_way_to_a_stop_is_a_near_miss(step):
+def test_end_of_run_before_stop_is_near_miss(step):
     def miss(parameters):
         height, end = parameters
         model = ij.ImpactOscillator(ij.BouncingBall(9.81), ij.Stop(ij.Restitution(0.5)))

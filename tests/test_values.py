@@ -124,7 +124,7 @@ def test_kelvin_voigt_that_never_pulls_leaves_where_the_force_is_zero():
     assert abs(float(run.impacts.restitution[0]) - r) < 1e-11
 
 
-def test_dry_friction_sticks_where_the_closed_form_says():
+def test_dry_friction_sticking_in_closed_form():
     # x'' + w^2 x + f sgn x' = 0: each half swing loses 2 f / w^2; it sticks inside f / w^2.
     omega, friction, start = 5.0, 3.0, 1.0
     model = ij.ImpactOscillator(ij.LinearOscillator(omega, dry_friction=friction))
@@ -171,7 +171,7 @@ def test_values_cause_no_retrace():
 
 
 @pytest.mark.parametrize("step", [ij.TaylorStep(), ij.RungeKutta()], ids=["taylor", "runge-kutta"])
-def test_a_start_on_the_stop_that_heads_into_it_is_an_impact_at_once(step):
+def test_start_on_stop_moving_inwards_is_an_impact(step):
     """Thrown up against a ceiling that it touches, a ball comes back with r times its speed."""
     ceiling = ij.Stop(ij.Restitution(0.5), 0.5)
     model = ij.ImpactOscillator(ij.BouncingBall(), upper=ceiling)
@@ -182,7 +182,7 @@ def test_a_start_on_the_stop_that_heads_into_it_is_an_impact_at_once(step):
 
 
 @thorough
-def test_an_inverted_pendulum_is_a_hanging_one_turned_over():
+def test_inverted_pendulum_is_shifted_hanging_one():
     standing = ij.Pendulum(5.0, 0.1, equilibrium=ij.Inverted())
     times = jnp.linspace(0.0, 2.0, 41)
     ours, turned = (

@@ -43,14 +43,14 @@ def beside():
     return impacting(0.008)
 
 
-def test_a_stop_at_zero_is_not_fitted(tmp_path, at_rest):
+def test_stop_at_zero_is_not_fitted(tmp_path, at_rest):
     prepared = ij.prepare(written(tmp_path / "a.csv", at_rest))
     assert prepared.notes == ()
     for experiment in prepared.experiments.values():
         assert experiment.free == ()
 
 
-def test_a_record_of_the_other_sign_is_turned(tmp_path, at_rest):
+def test_record_of_opposite_sign_is_turned(tmp_path, at_rest):
     prepared = ij.prepare(written(tmp_path / "a.csv", -at_rest), laws=["restitution"])
     (note,) = prepared.notes
     assert "sign is turned" in note
@@ -60,14 +60,14 @@ def test_a_record_of_the_other_sign_is_turned(tmp_path, at_rest):
 
 
 @pytest.mark.parametrize("sidecar", ["[sensor]\ngain = 1.0\n", "[start]\nx0 = -0.03\n"])
-def test_a_sign_that_the_sidecar_states_is_kept(tmp_path, at_rest, sidecar):
+def test_stated_sign_is_kept(tmp_path, at_rest, sidecar):
     file = written(tmp_path / "a.csv", -at_rest, sidecar)
     recording = ij.prepare(file, laws=["restitution"]).experiment.recording
     assert isinstance(recording, ij.Recording)
     np.testing.assert_allclose(recording.values, -at_rest)
 
 
-def test_a_stop_beside_the_equilibrium_is_fitted(tmp_path, beside):
+def test_gap_beside_equilibrium_is_fitted(tmp_path, beside):
     prepared = ij.prepare(written(tmp_path / "a.csv", beside))
     (note,) = prepared.notes
     assert note.startswith("The impacts seem to be at -7.")
@@ -77,7 +77,7 @@ def test_a_stop_beside_the_equilibrium_is_fitted(tmp_path, beside):
     assert float(experiment.model.lower.gap) == pytest.approx(0.008, abs=5e-4)
 
 
-def test_the_floor_under_a_ball_is_an_offset(tmp_path):
+def test_floor_of_ball_is_fitted_as_offset(tmp_path):
     def flow(t, y):
         return np.array([y[1], -9.80665])
 
@@ -91,19 +91,19 @@ def test_the_floor_under_a_ball_is_an_offset(tmp_path):
 @pytest.mark.parametrize(
     "sidecar", ["[fixed]\ngap = 0.008\n", '[fit]\nfree = ["gap"]\n', "[sensor]\noffset = 0.0\n"]
 )
-def test_a_stop_that_the_sidecar_states_is_left_to_it(tmp_path, beside, sidecar):
+def test_stated_stop_is_not_fitted(tmp_path, beside, sidecar):
     file = written(tmp_path / "a.csv", beside, sidecar)
     prepared = ij.prepare(file, laws=["restitution"])
     assert prepared.notes == ()
     assert set(prepared.experiment.free) <= {"gap"}
 
 
-def test_sharp_turns_are_no_free_swing(tmp_path, beside):
+def test_sharp_turns_are_not_a_free_swing(tmp_path, beside):
     recording = written(tmp_path / "a.csv", beside).recording
     assert "restitution" in ij.prepare(recording).experiments
 
 
-def test_a_fit_that_misses_the_record_identifies_nothing(tmp_path):
+def test_misfitting_law_identifies_nothing(tmp_path):
     swing = 0.03 * np.cos(OMEGA * TS) + 0.01 * np.cos(1.7 * OMEGA * TS)
     prepared = ij.prepare(written(tmp_path / "a.csv", swing).recording, laws=["none"])
     fitted = ij.compare({"swing": prepared.experiments["free flight"]}).best
@@ -112,7 +112,7 @@ def test_a_fit_that_misses_the_record_identifies_nothing(tmp_path):
     assert any("No law tried describes the record" in each for each in sentences([fitted]))
 
 
-def test_models_may_be_fitted_side_by_side(tmp_path):
+def test_models_are_fitted_in_parallel(tmp_path):
     noise = NOISE * np.random.default_rng(0).standard_normal(TS.size)
     swing = 0.03 * np.exp(-0.05 * OMEGA * TS) * np.cos(OMEGA * TS) + noise
     prepared = ij.prepare(written(tmp_path / "a.csv", swing).recording, laws=["none"])
