@@ -1,4 +1,4 @@
-"""What a real browser says about a page."""
+"""Checks of a page in a real browser."""
 
 import os
 import re

@@ -11,7 +11,7 @@ from impactjax._cli.main import app
 
 
 class Run(NamedTuple):
-    """What a run of the command said."""
+    """Output of a run of the command."""
 
     status: int
     stdout: str
@@ -28,7 +28,7 @@ def impactjax(*arguments: str | Path) -> Run:
 
 
 class Fitted(NamedTuple):
-    """What a fit said and wrote."""
+    """Output and files of a fit."""
 
     stdout: str
     document: dict[str, Any]

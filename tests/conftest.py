@@ -23,6 +23,6 @@ jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 @pytest.fixture(scope="module", autouse=True)
 def _no_programs_left() -> Iterator[None]:
-    """What one file compiles no other needs; kept, it would fill the memory."""
+    """Clears compiled programs after each file: no other file needs them, and they fill the memory."""
     yield
     jax.clear_caches()

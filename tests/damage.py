@@ -1,4 +1,4 @@
-"""What happens to a recording on its way: each variant with what becomes of it."""
+"""Damaged variants of a recording, each with the expected outcome."""
 
 import zipfile
 from collections.abc import Callable

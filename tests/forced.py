@@ -77,7 +77,7 @@ def next_impact(lanes: Forced, t0, x0, v0, horizon):
 
 
 def _first_zero(lanes: Forced, start, low, high, dips):
-    """Where each lane first comes to the stop in its interval; infinite where it only turns."""
+    """First contact of each lane with the stop in its interval; infinite where it only turns."""
 
     def at(s):
         x, v = motion(lanes, start[0], start[1], start[2], s[:, None])

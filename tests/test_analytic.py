@@ -1,4 +1,4 @@
-"""What counts as analytic: an operation that is not known to be gets no Taylor step."""
+"""Analytic operations: an operation without a recurrence gets no Taylor step."""
 
 import math
 

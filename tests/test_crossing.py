@@ -23,7 +23,7 @@ def crossing(coefficients, settle):
 
 
 def look(polynomial: np.polynomial.Polynomial, settle=False) -> tuple[float, bool]:
-    """Where the first passage on [0, 1] is, and whether that is unclear."""
+    """Place of the first passage on [0, 1], and the flag for an unclear one."""
     coefficients = np.zeros(DEGREE + 1)
     coefficients[: len(polynomial.coef)] = polynomial.coef
     found = crossing(jnp.asarray(coefficients), jnp.asarray(settle))
@@ -46,7 +46,7 @@ def search(polynomial: np.polynomial.Polynomial) -> float:
 
 
 def first_fall(roots: list[float], sign: int) -> float:
-    """Of a polynomial of simple roots with this sign before the first."""
+    """First falling root in (0, 1] of a polynomial with simple roots and this sign before the first."""
     inside = sorted(root for root in roots if 0 < root <= 1)
     sign = sign * (-1) ** sum(root <= 0 for root in roots)
     falling = inside[0 if sign > 0 else 1 :]

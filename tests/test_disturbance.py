@@ -11,7 +11,7 @@ TIMES = np.linspace(0.0, 5.0, 11)
 
 
 def derivative(model, x, v=0.0, times=TIMES):
-    """Of positions by the start."""
+    """Derivative of the positions by the initial position."""
 
     def positions(x):
         run = ij.simulate(model, ij.InitialState(x, v), times, t0=0.0, max_steps=4096)

@@ -1,4 +1,4 @@
-"""What is read off a recording before any fit: near the truth, and never out of range."""
+"""First look at a recording: estimates near the truth, and never out of range."""
 
 import math
 

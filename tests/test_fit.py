@@ -97,7 +97,7 @@ fit_many = jax.jit(jax.vmap(fit_ball))
 
 @functools.cache
 def replicates() -> ij.Estimate:
-    """As many fits in one call of `vmap` under `jit`, from starts that differ."""
+    """300 fits in one call of `vmap` under `jit`, from different starts."""
     return fit_many(jnp.asarray(noisy(300)), jnp.linspace(0.75, 0.85, 300))
 
 
@@ -268,7 +268,7 @@ def test_velocity_of_launch_from_stop_is_bounded():
         (ij.ContactForce(), "no contact force"),
     ],
 )
-def test_optional_parameters_left_out_are_not_fitted(quantity, words):
+def test_record_of_missing_quantity_is_refused(quantity, words):
     recording = ij.Recording(jnp.arange(4.0), jnp.arange(4.0), quantity)
     model = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5)))
     with pytest.raises(ValueError, match=words):

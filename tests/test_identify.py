@@ -1,4 +1,4 @@
-"""What data tell about parameters: null directions of the laws, textbook regression, words."""
+"""Information in data about parameters: null directions, textbook regression, words."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the impact log and the rest log tell, against closed forms."""
+"""The impact log and the rest log against closed forms."""
 
 import jax
 import jax.numpy as jnp
@@ -67,7 +67,7 @@ def test_impact_log_second_derivatives():
 
 
 def turn(rate, a, high):
-    """Where a rate of the parameter a falls through zero below `high`."""
+    """Zero below `high` of a falling rate with the parameter a."""
     low, high = jnp.zeros(()), jnp.full((), high)
     return falling_zero(rate, Bracket(low, rate(low, a), high, rate(high, a)), a)
 

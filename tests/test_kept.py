@@ -9,7 +9,7 @@ from impactjax._cli.trace_cache import kept
 
 
 def program(folder):
-    """As a new process would have it, with a count of how often it is traced."""
+    """A cached function as in a new process, with a list that grows by each trace."""
     traces = []
 
     def separation(law, speed, step=None):

@@ -133,7 +133,7 @@ def test_power_restitution_never_exceeds_one():
     assert (float(by_law.r0), float(by_law.alpha)) == (0, 0)
 
 
-def test_slow_power_restitution_is_elastic():
+def test_power_restitution_slows_to_elastic_speed():
     law = ij.PowerRestitution(0.6, 0.25)
     run = ij.simulate(
         model(law, ij.BouncingBall()), ij.InitialState(0.05), np.array([0.0, 1.4]), max_impacts=128

@@ -201,11 +201,8 @@ def test_learned_restitution_figure():
     assert [text.get_text() for text in legend.get_texts()] == ["learned"]
 
 
-# A law of one's own, with so many weights that the gradient is that of reverse mode.
-
-
 class Mean(ij.AbstractImpactLaw):
-    """As many weights as you like, of which only the mean counts."""
+    """A law of the mean of many weights, so that the gradient is that of reverse mode."""
 
     weights: Array = eqx.field(converter=ij.as_parameter)
     traces: ClassVar[list[int]] = []
@@ -219,7 +216,7 @@ TS = np.linspace(0.0, 1.2, 61)
 
 
 def heights(r, x0):
-    """Of a ball dropped from rest."""
+    """Heights of a ball dropped from rest."""
     speed, begin = math.sqrt(2 * GRAVITY * x0), -math.sqrt(2 * x0 / GRAVITY)
     begin, out = -begin - 2 * speed / GRAVITY, np.zeros(len(TS))
     while begin < TS[-1]:

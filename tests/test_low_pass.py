@@ -23,7 +23,7 @@ def filtered(order, ts, values, rates):
 
 
 def poles(order):
-    """Of H = 1 / prod(1 - s / pole): on the left half of a circle of radius omega_c."""
+    """Poles of H = 1 / prod(1 - s / pole), on the left half of a circle of radius omega_c."""
     angles = math.pi * (2 * np.arange(order) + order + 1) / (2 * order)
     return 2 * math.pi * CUTOFF * np.exp(1j * angles)
 

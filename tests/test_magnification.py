@@ -1,4 +1,4 @@
-"""What a trajectory says of its own precision: near grazing, and far from the origin of time."""
+"""Magnification of errors near grazing, and precision far from the origin of time."""
 
 import jax
 import jax.numpy as jnp
@@ -22,7 +22,7 @@ def onto_grazing(last):
 
 
 def exact_position(last):
-    """From amplitude to amplitude: v² = omega² (a² − gap²) before each impact."""
+    """Position by the recursion of amplitudes: v² = omega² (a² − gap²) before each impact."""
     with mp.workdps(40):
         omega, r, gap, a, top = mpf(OMEGA), mpf(R), mpf(GAP), mpf(1), mpf(0)
         while True:

@@ -198,7 +198,7 @@ def test_small_free_decay_fits_agree():
 
 @pytest.mark.parametrize(("degrees", "bias"), [(45, (2.5e-4, 0.0224)), (90, (4.2e-3, 0.0767))])
 def test_multiple_scales_fit_of_large_decay_is_biased(degrees, bias):
-    """As docs/multiple-scales.md says."""
+    """The numbers are those in docs/multiple-scales.md."""
     exact, errors, formula = both_fits(degrees)
     assert np.all(np.abs(exact - [OMEGA_N, ZETA]) < 3 * errors)
     np.testing.assert_allclose(formula / exact - 1, bias, rtol=0.1)

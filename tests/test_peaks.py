@@ -13,7 +13,7 @@ pytestmark = quick
 
 @pytest.mark.parametrize("prominence", [0.1, 1.0, 4.0])
 def test_peaks_have_requested_prominence(prominence):
-    """Of random walks, and of small whole numbers, which have level tops and equal ones."""
+    """Random walks, and small whole numbers, which have plateaus and equal tops."""
     rng = np.random.default_rng(0)
     for length in range(1, 200):
         walk, steps = rng.standard_normal(length).cumsum(), rng.integers(0, 6, length).astype(float)

@@ -1,4 +1,4 @@
-"""What instruments show, against closed forms and differences of the motion itself."""
+"""Observed quantities against closed forms and differences of the motion."""
 
 import math
 

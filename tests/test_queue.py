@@ -47,7 +47,7 @@ ADDED = np.array([[1, 5, 7]] * 5) + 2 * np.arange(5)[:, None]
 
 @pytest.mark.parametrize("axes", [(0, 0), (None, 0), (0, None)])
 def test_batch_members_share_one_queue(axes):
-    """Of two batches, one in the other, over data, lanes or both."""
+    """Two nested batches over data, lanes or both."""
     over_data, over_lanes = axes
     b, n = jnp.asarray(ADDED, jnp.int32), jnp.asarray(STARTS, jnp.int32)
     b, n = (b if over_data == 0 else b[0, 0]), (n if over_lanes == 0 else n[0, 0])

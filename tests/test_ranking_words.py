@@ -84,7 +84,7 @@ def test_few_observations_use_corrected_criterion():
 
 @pytest.mark.parametrize("n", [5, 6, 7])
 def test_undefined_criterion_ranks_nothing(n):
-    """Of k = 5 numbers from n observations it exists for n > 6."""
+    """The criterion of k = 5 numbers from n observations exists for n > 6."""
     narrow, wide = line()[1], swing()
     fits = [law("a", 0.0, of=narrow, n=n), law("b", -200.0, of=wide, n=n)]
     said = ranking(*fits)

@@ -1,4 +1,4 @@
-"""What a recording takes, and what a fit takes of it."""
+"""Arguments of recordings, and the observations that a fit uses."""
 
 import jax
 import jax.numpy as jnp

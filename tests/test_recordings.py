@@ -103,7 +103,7 @@ def test_unused_columns_are_noted(tmp_path):
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 @pytest.mark.parametrize("r", [0.3, 0.9])
 def test_outlier_samples_are_left_out(noise, r):
-    """Those, and no sample of an impact, a quantised record or a jump in level."""
+    """Outliers only, and no sample of an impact, a quantised record or a step in level."""
     t = np.arange(1500) / 500
     fall = np.abs(np.cos(9 * t)) * r ** np.floor(9 * t / np.pi + 0.5)
     values = fall + noise * np.random.default_rng(2).standard_normal(len(t))
@@ -116,7 +116,7 @@ def test_outlier_samples_are_left_out(noise, r):
 
 
 def test_sidecar_reads_a_file_without_times(tmp_path):
-    """As the free pendulum's: two rows of something else, then one number a line."""
+    """The format of the free pendulum: two other rows, then one number in each line."""
     sidecar = """
     [read]
     skip_rows = 2

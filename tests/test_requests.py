@@ -1,4 +1,4 @@
-"""What is asked of a fit is done, or refused with a sentence."""
+"""Requests of a fit are carried out, or refused with a sentence."""
 
 import equinox as eqx
 import jax

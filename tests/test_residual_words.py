@@ -44,7 +44,7 @@ def chain(share: float, seed: int) -> np.ndarray:
 
 
 def limits(left: np.ndarray) -> tuple[bool, bool]:
-    """Whether autocorrelations and runs are those of independent residuals, by SciPy."""
+    """Tests of autocorrelations and runs for independence, by SciPy."""
     n, centred = len(left), left - left.mean()
     lags = range(1, min(40, n // 4) + 1)
     rho = np.array([centred[k:] @ centred[:-k] for k in lags]) / (centred @ centred)

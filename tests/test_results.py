@@ -117,7 +117,7 @@ def test_all_result_codes_occur_and_name_a_remedy():
 
 
 def test_samples_before_start_are_nan():
-    """Where it shows before the run it raises; here the times are traced."""
+    """Known times would raise before the run; here they are traced."""
 
     def go(t0):
         model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.8)))

@@ -123,7 +123,7 @@ def on_a_kink(k, alpha, q):
 
 
 @thorough
-def test_force_with_kink_in_rate_settles():
+def test_contact_force_with_kink_in_rate_agrees_with_scipy():
     k, alpha = np.array([1e5, 1e6, 5e7, 3e5]), np.array([0.02, 0.1, 0.02, 0.9])
     q = np.array([0.5, 0.25, 0.25, 0.5])
     run = on_a_kink(k, alpha, q)

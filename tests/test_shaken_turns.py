@@ -66,7 +66,7 @@ def _complex(x):
 
 
 def levels(parameters, touching, t):
-    """What is highest at a nearest miss, a deepest penetration, a peak force."""
+    """Levels whose maxima are the nearest miss, the deepest penetration and the peak force."""
     x, v = driven(parameters, touching, t)
     omega0, gamma = parameters[:2]
     return jnp.stack([-x, -x, -MASS * omega0 * (omega0 * x + 2 * gamma * v)])

@@ -1,4 +1,4 @@
-"""Where the search for each law starts: at the restitution, speed and duration that were seen."""
+"""Starting values of each law: the restitution, speed and duration of the first look."""
 
 import math
 from typing import Any

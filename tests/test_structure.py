@@ -181,7 +181,7 @@ def docstrings(path: Path) -> list[str]:
 
 
 def test_docstrings_open_with_a_noun_or_verb_of_the_field():
-    for path in FILES:
+    for path in [*FILES, *(ROOT / "tests").glob("*.py")]:
         for text in docstrings(path):
             first = text.split()[0].strip(",.:;")
             assert first not in OPENINGS, f"{path}: {text.splitlines()[0]}"

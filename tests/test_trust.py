@@ -1,4 +1,4 @@
-"""What must hold whatever the system: drift, energy, units, time, tolerance, traces."""
+"""Properties of every system: drift, energy, units, time, tolerance, traces."""
 
 import jax
 import jax.numpy as jnp
