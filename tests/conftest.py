@@ -23,6 +23,6 @@ jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 @pytest.fixture(scope="module", autouse=True)
 def _no_programs_left() -> Iterator[None]:
-    """Clears compiled programs after each file: no other file needs them, and they fill the memory."""
+    """Clears compiled programs after each file; other files do not need them."""
     yield
     jax.clear_caches()

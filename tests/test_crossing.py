@@ -46,7 +46,7 @@ def search(polynomial: np.polynomial.Polynomial) -> float:
 
 
 def first_fall(roots: list[float], sign: int) -> float:
-    """First falling root in (0, 1] of a polynomial with simple roots and this sign before the first."""
+    """First falling root in (0, 1] of a polynomial with simple roots and this sign at −∞."""
     inside = sorted(root for root in roots if 0 < root <= 1)
     sign = sign * (-1) ** sum(root <= 0 for root in roots)
     falling = inside[0 if sign > 0 else 1 :]
