@@ -5,6 +5,7 @@ import abc
 import equinox as eqx
 import jax.numpy as jnp
 
+from impactjax._shown import with_numbers
 from impactjax._types import Coordinate, Ratio
 
 
@@ -14,6 +15,8 @@ class AbstractEquilibrium(eqx.Module):
     @abc.abstractmethod
     def pull(self, position: Coordinate) -> Ratio:
         """What gravity does, in units of ω_n²: the acceleration towards the equilibrium [1]."""
+
+    __repr__ = with_numbers
 
 
 class Hanging(AbstractEquilibrium):

@@ -199,6 +199,7 @@ class Problem(AbstractProblem):
     """A recording, a system, which of its parameters are to be found, and what is assumed.
 
     - `ties`: parameters that follow from the others, by name.
+    - `bounds`: limits of parameters inside their own range, by name.
     """
 
     system: System
@@ -208,6 +209,7 @@ class Problem(AbstractProblem):
     loss: AbstractLoss = Squares()
     noise: AbstractNoise = AutoregressiveNoise()
     ties: tuple[tuple[str, Tie], ...] = eqx.field(static=True, default=())
+    bounds: tuple[tuple[str, tuple[float, float]], ...] = eqx.field(static=True, default=())
 
     def __check_init__(self) -> None:
         if not self.names:
@@ -218,6 +220,8 @@ class Problem(AbstractProblem):
 
     def handles(self) -> dict[str, Handle]:
         known = handles(self.system)
+        for name, (low, high) in self.bounds:
+            known[name] = known[name].within(low, high)
         return {name: known[name] for name in self.names}
 
     @property
