@@ -203,7 +203,10 @@ def compare(
     spread = _spread(motion, others)
     full = result == "max_impacts_reached"
     within = FACTOR * tolerance * _start(each, draw, motion)
-    if spread is None or min(motion.nearest_miss.real, _least_overshoot(each, draw, motion)) < within:
+    if (
+        spread is None
+        or min(motion.nearest_miss.real, _least_overshoot(each, draw, motion)) < within
+    ):
         return Verdict("ill-conditioned")
     wrong = _events(motion, ours, full)
     if isinstance(wrong, str):
