@@ -27,7 +27,7 @@ def restitution(speed: float) -> float:
     def force(_, y):
         return K * max(y[0], 0.0) ** (N - P) + C * y[1] if y[1] < 0 else 1.0
 
-    force.terminal, force.direction = True, -1
+    force.terminal = True  # pyright: ignore[reportFunctionMemberAccess]  as SciPy asks
     end = 0.1 ** (1 / GRADING)
     y0, steps = [0.0, speed], end / 200
     run = solve_ivp(

@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Array
 
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.crossing import Crossing, first_crossing, shortened
+from impactjax._simulate.crossing import shortened
 from impactjax._simulate.flow import driven_acceleration
+from impactjax._simulate.quintic import watched
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._types import Code, Flag, Scalar
@@ -254,7 +255,7 @@ def _first_event(
     before = automaton.just_after(start.arrival, start.mode, before)
     event, fraction, unclear = jnp.int32(NO_EVENT), jnp.full_like(h, jnp.inf), jnp.zeros((), bool)
     for index, (jet0, jet1) in enumerate(zip(before, after, strict=True)):
-        crossing = _watched(jet0, jet1, h, settle)
+        crossing = watched(jet0, jet1, h, settle)
         ahead = 1 - jet1[0] / (jet1[1] * h)
         close = (target == index) & (jnp.abs(ahead - 1) < 0.5)
         own = jnp.where(jnp.isinf(crossing.fraction) & close, ahead, crossing.fraction)
@@ -279,28 +280,3 @@ def _guard_jets(
     first = derivative(t, y)
     second = _along_flow(automaton, derivative, t, y, mode)
     return list(zip(value(t, y), first, second, strict=True))
-
-
-def _watched(
-    jet0: tuple[Scalar, Scalar, Scalar],
-    jet1: tuple[Scalar, Scalar, Scalar],
-    h: Scalar,
-    settle: Flag,
-) -> Crossing:
-    """The first crossing of the quintic through two jets, in doubt by its distance to the cubic."""
-    a0, a1, a2 = jet0[0], h * jet0[1], h**2 * jet0[2]
-    b0, b1, b2 = jet1[0], h * jet1[1], h**2 * jet1[2]
-    smooth = jnp.isfinite(a2) & jnp.isfinite(b2)
-    a2 = jnp.where(smooth, a2, 6 * (b0 - a0) - 4 * a1 - 2 * b1)
-    b2 = jnp.where(smooth, b2, 6 * (a0 - b0) + 4 * b1 + 2 * a1)
-    rise, slope, bend = b0 - a0 - a1 - a2 / 2, b1 - a1 - a2, b2 - a2
-    quintic = [
-        a0,
-        a1,
-        a2 / 2,
-        10 * rise - 4 * slope + bend / 2,
-        -15 * rise + 7 * slope - bend,
-        6 * rise - 3 * slope + bend / 2,
-    ]
-    margin = jnp.abs((a1 - b1) / 32 + (a2 + b2) / 64)
-    return first_crossing(quintic, settle, margin)
