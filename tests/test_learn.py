@@ -76,11 +76,9 @@ def weights_of(system):
 
 
 def learned(recording, law, told=None):
-    return ij.learn(
-        ij.Experiment(ball(law), recording, ij.InitialState(0.0, 2.9), simulation=EFFORT),
-        where=weights_of,
-        progress=told,
-    )
+    start = ij.InitialState(0.0, 2.9)
+    experiment = ij.Experiment(ball(law), recording, start, simulation=EFFORT)
+    return ij.learn(experiment, where=weights_of, progress=told)
 
 
 @functools.cache

@@ -31,14 +31,7 @@ ORDER = [
     "_cli",
 ]
 PUBLIC_FILES = ["io", "plot"]
-GROUND = [
-    "_types",
-    "_known",
-    "_results",
-    "_number_format",
-    "_parameter",
-    "_refusal",
-]  # imported by all
+GROUND = ["_types", "_known", "_results", "_number_format", "_parameter", "_refusal", "_shown"]
 
 
 def imports(path: Path) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import physics as ph
 from . import simulator as sim
-from .classes import Class, Draw
+from .classes import Class, Draw, kinds
 from .package import COLUMNS
 from .reference import CHANGES, UNIT, Motion
 
@@ -202,7 +202,11 @@ def compare(
         return Verdict(f"refused: {result}")
     spread = _spread(motion, others)
     full = result == "max_impacts_reached"
-    if spread is None or motion.nearest_miss.real < FACTOR * tolerance * _start(each, draw, motion):
+    within = FACTOR * tolerance * _start(each, draw, motion)
+    if (
+        spread is None
+        or min(motion.nearest_miss.real, _least_overshoot(each, draw, motion)) < within
+    ):
         return Verdict("ill-conditioned")
     wrong = _events(motion, ours, full)
     if isinstance(wrong, str):
@@ -249,6 +253,23 @@ def _start(each: Class, draw: Draw, motion: Motion) -> float:
     if each.close:
         return abs(draw.parameters[[ph.STOPS, ph.STOPS + ph.WIDTH]].sum())
     return max(abs(draw.parameters[ph.POSITION]), np.max(np.abs(motion.position.real)))
+
+
+def _least_overshoot(each: Class, draw: Draw, motion: Motion) -> float:
+    """How far at least the mass would have gone beyond a stop, had this not been there.
+
+    An impact at the speed v against a pull a away from the stop is missed if the stop stands
+    v² / 2a farther off. A mass that is pulled onto the stop comes to it wherever it stands.
+    """
+    which, p = kinds(each), draw.parameters + 0j
+    least = np.inf
+    for i, stop in enumerate(motion.stop):
+        t, speed = motion.impacts["time"][i], motion.impacts["approach_speed"][i].real
+        away = ph.side(stop) * ph.free(which, p, t.real + 0j, ph.place(p, stop), 0j).real
+        away += p[ph.DRY].real if each.dry else 0.0
+        if away > 0 and speed > 0:
+            least = min(least, (speed / ph.lever(which, p).real) ** 2 / (2 * away))
+    return least
 
 
 def _see(

@@ -30,6 +30,7 @@ from impactjax._fit.estimate import Estimate as Estimate
 from impactjax._fit.fit import fit as fit
 from impactjax._fit.fit_together import fit_together as fit_together
 from impactjax._fit.fit_together import of_experiment as of_experiment
+from impactjax._fit.fitted_parameter import FittedParameter as FittedParameter
 from impactjax._fit.learn import learn as learn
 from impactjax._fit.learned import Learned as Learned
 from impactjax._fit.profile import profiled as profiled
@@ -88,6 +89,7 @@ from impactjax._results import RESULTS as RESULTS
 from impactjax._sensor.impulse_response import ImpulseResponse as ImpulseResponse
 from impactjax._sensor.low_pass import AbstractLowPass as AbstractLowPass
 from impactjax._sensor.low_pass import Butterworth as Butterworth
+from impactjax._sensor.quantity import QUANTITIES as QUANTITIES
 from impactjax._sensor.quantity import AbstractQuantity as AbstractQuantity
 from impactjax._sensor.quantity import Acceleration as Acceleration
 from impactjax._sensor.quantity import Angle as Angle
@@ -116,15 +118,20 @@ from impactjax._simulate.trajectory import Stats as Stats
 from impactjax._simulate.trajectory import Trajectory as Trajectory
 
 if typing.TYPE_CHECKING:
+    __version__: str
     from impactjax._simulate.taylor_solver import Taylor as Taylor
 
 
 def __dir__() -> list[str]:
-    return [*sorted(vars(sys.modules[__name__])), "Taylor"]
+    return [*sorted(vars(sys.modules[__name__])), "Taylor", "__version__"]
 
 
 def __getattr__(name: str) -> object:
-    """The solver for Diffrax, which only its users wait for."""
+    """The version, and the solver for Diffrax, for which only their users wait."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("impactjax")
     if name != "Taylor":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from impactjax._simulate.taylor_solver import Taylor

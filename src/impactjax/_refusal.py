@@ -17,7 +17,7 @@ def check_kind(name: str, value: object, kind: type, example: str) -> None:
         return
     words = kind.__name__.removeprefix("Abstract")
     shown = repr(value)
-    shown = shown if len(shown) < 40 and "\n" not in shown else "of another kind"
+    shown = shown if len(shown) < 60 and "\n" not in shown else "of another kind"
     raise TypeError(
         f"Argument `{name}` must be {_article(words)} {words}, such as `{example}`, but it is "
         f"{shown}{_also(value)}."

@@ -110,7 +110,7 @@ def _setting(text: str, known: Mapping[str, Range]) -> tuple[str, float]:
     if name not in known:
         raise Refusal(f"there is no parameter `{name}`; there are {', '.join(known)}.")
     own = known[name].unit
-    units = next((each.units for each in QUANTITIES if each.unit == own), {own: 1.0})
+    units = next((each.units for each in QUANTITIES.values() if each.unit == own), {own: 1.0})
     if unit and unit not in units:
         raise Refusal(f"unknown unit `{unit}` in `{text}`; use {' or '.join(units)}.")
     try:

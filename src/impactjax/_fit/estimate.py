@@ -2,13 +2,15 @@
 
 import dataclasses
 import math
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from impactjax._fit.estimate_tables import as_dataframe, as_html, as_xarray
+from impactjax._fit.fitted_parameter import FittedParameter
 from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, known
 from impactjax._number_format import interval, with_error
@@ -16,6 +18,10 @@ from impactjax._problem.assumptions import Rest, assumptions, given_words, rests
 from impactjax._problem.problem import AbstractProblem, Problem
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 PerParameter = Float[AnyArray, "... parameters"]
 P = TypeVar("P", bound=AbstractProblem)
@@ -122,6 +128,34 @@ class Estimate(eqx.Module, Generic[P]):
             raise ValueError(f"`{name}` was not fitted; {', '.join(self.names)} were.")
         return self.names.index(name)
 
+    def __getitem__(self, name: str) -> FittedParameter:
+        """A fitted parameter of a single fit by name, with all that is known of it."""
+        self.check_single()
+        i = self._place(name)
+        numbers = (self.values, self.standard_errors, self.low, self.high)
+        value, error, low, high = (float(np.asarray(x)[i]) for x in numbers)
+        return FittedParameter(
+            name, self.units[i], value, error, low, high, self.verdict(name), self.quoted(name)
+        )
+
+    @property
+    def parameters(self) -> list[FittedParameter]:
+        """All fitted parameters of a single fit."""
+        return [self[name] for name in self.names]
+
+    def to_dataframe(self) -> "pandas.DataFrame":
+        """The fitted parameters of a single fit as a table of pandas, a row a parameter."""
+        return as_dataframe(self.parameters)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The numbers of an estimate, or of many under `vmap`, as a dataset of xarray."""
+        return as_xarray(self)
+
+    def _repr_html_(self) -> str:
+        if self.shape:
+            return f"<p>{self}</p>"
+        return as_html(self.parameters, self._summary())
+
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of fits along each axis of a `vmap`; `()` for a single fit."""
@@ -175,10 +209,13 @@ class Estimate(eqx.Module, Generic[P]):
             f"({self.verdict(name)}{given_words(resting.get(name))})"
             for name, unit in zip(self.names, self.units, strict=True)
         ]
+        return "\n".join([*lines, self._summary()])
+
+    def _summary(self) -> str:
         state = "converged" if bool(self.converged) else "not converged"
         if float(self.misfit) > 0:
             state += f", but misses the record: {100 * float(self.misfit):.0f} % of it is left"
-        return "\n".join([*lines, f"rms residual {float(self.rms):.4g}, {state}"])
+        return f"rms residual {float(self.rms):.4g}, {state}"
 
 
 def _between(quoted: str) -> str:

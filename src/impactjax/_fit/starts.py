@@ -10,6 +10,7 @@ from impactjax._known import AnyArray, namespace
 from impactjax._parameter import Range, plain
 from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
+from impactjax._shown import with_numbers
 
 _CONTACT_SPREAD, _OTHER_SPREAD = 1.0, 0.02
 _INSIDE = 0.02  # share of a range kept from its ends, where the derivative vanishes
@@ -44,6 +45,8 @@ class Starts(eqx.Module):
             scatter = random.uniform(-spread, spread, self.count - 1).astype(value.dtype)
             columns.append(_within(known[name].allowed, value, np.exp(scatter)))
         return problem.unbounded(namespace(*columns).stack(columns, axis=1))
+
+    __repr__ = with_numbers
 
 
 def _within(

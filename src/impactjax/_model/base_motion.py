@@ -9,6 +9,7 @@ from impactjax._parameter import (
     raise_if_violated,
     range_requirements,
 )
+from impactjax._shown import with_numbers
 from impactjax._types import AngularFrequency, Length, Ratio, Time
 
 
@@ -43,3 +44,5 @@ class HarmonicMotion(eqx.Module):
 
     def __check_init__(self) -> None:
         raise_if_violated(self, range_requirements(self))
+
+    __repr__ = with_numbers

@@ -5,6 +5,7 @@ import abc
 import equinox as eqx
 import jax.numpy as jnp
 
+from impactjax._shown import with_numbers
 from impactjax._types import Coordinate, Ratio
 
 
@@ -14,6 +15,8 @@ class AbstractEquilibrium(eqx.Module):
     @abc.abstractmethod
     def pull(self, position: Coordinate) -> Ratio:
         """Acceleration by gravity towards the equilibrium, divided by ω_n² [1]."""
+
+    __repr__ = with_numbers
 
 
 class Hanging(AbstractEquilibrium):

@@ -8,6 +8,7 @@ from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.stop import Stop
 from impactjax._parameter import Requirement, raise_if_violated, range_requirements
 from impactjax._refusal import of_kind
+from impactjax._shown import with_numbers
 
 
 class ImpactOscillator(eqx.Module):
@@ -52,3 +53,5 @@ class ImpactOscillator(eqx.Module):
 
     def __check_init__(self) -> None:
         raise_if_violated(self, self.requirements())
+
+    __repr__ = with_numbers

@@ -8,6 +8,7 @@ from jax.core import Tracer
 
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._parameter import as_parameter, parameter
+from impactjax._shown import with_numbers
 from impactjax._types import Coordinate, CoordinateRate
 
 
@@ -24,6 +25,8 @@ class InitialState(eqx.Module):
     velocity: CoordinateRate = eqx.field(
         converter=as_parameter, metadata=parameter("rad/s or m/s"), default=0.0
     )
+
+    __repr__ = with_numbers
 
 
 def check_angle(oscillator: AbstractOscillator, initial: InitialState) -> None:

@@ -7,6 +7,7 @@ from jaxtyping import Array, Float, PyTree
 
 from impactjax._model.separation import AbstractSeparation
 from impactjax._parameter import raise_if_violated, range_requirements
+from impactjax._shown import with_numbers
 from impactjax._types import Force, Length, Mass, Ratio, Speed
 
 Internal = PyTree[Float[Array, "..."]]  # a force law's own state
@@ -21,6 +22,8 @@ class AbstractLaw(eqx.Module):
 
     def __check_init__(self) -> None:
         raise_if_violated(self, range_requirements(self))
+
+    __repr__ = with_numbers
 
 
 class AbstractImpactLaw(AbstractLaw):

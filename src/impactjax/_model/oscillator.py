@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from impactjax._parameter import raise_if_violated, range_requirements
+from impactjax._shown import with_numbers
 from impactjax._types import (
     Coordinate,
     CoordinateAcceleration,
@@ -98,3 +99,5 @@ class AbstractOscillator(eqx.Module):
 
     def __check_init__(self) -> None:
         raise_if_violated(self, range_requirements(self))
+
+    __repr__ = with_numbers

@@ -2,9 +2,13 @@
 
 import equinox as eqx
 
+from impactjax._shown import with_numbers
+
 
 class AbstractSeparation(eqx.Module):
     """The rule by which a compliant contact ends."""
+
+    __repr__ = with_numbers
 
 
 class AtZeroPenetration(AbstractSeparation):

@@ -10,6 +10,7 @@ from impactjax._parameter import (
     range_requirements,
 )
 from impactjax._refusal import of_kind
+from impactjax._shown import with_numbers
 from impactjax._types import Coordinate
 
 
@@ -32,3 +33,5 @@ class Stop(eqx.Module):
 
     def __check_init__(self) -> None:
         raise_if_violated(self, range_requirements(self))
+
+    __repr__ = with_numbers

@@ -4,6 +4,8 @@ import itertools
 
 import equinox as eqx
 
+from impactjax._shown import with_numbers
+
 
 class LevenbergMarquardt(eqx.Module):
     """Settings of the Levenberg-Marquardt method.
@@ -38,3 +40,5 @@ class LevenbergMarquardt(eqx.Module):
                 "Argument `horizons` must rise from above 0 to 1, such as (0.25, 0.5, 1.0), but it "
                 f"is {self.horizons}."
             )
+
+    __repr__ = with_numbers

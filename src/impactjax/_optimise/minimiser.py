@@ -202,7 +202,8 @@ class Minimiser(Generic[T]):
         small = self._small(best, state.part)
         flat = (predicted <= small) & (xp.where(accepted, gained, 0.0) <= small)
         lowest = either(accepted, lambda: trial, best)
-        found = (best.is_known & flat) | self._is_enough(lowest, state.part)
+        settled = self._is_settled(lowest.quadratic, small)
+        found = (best.is_known & flat & settled) | self._is_enough(lowest, state.part)
         hopeless = (~best.is_known & ~accepted) | (damping > _TOO_MUCH) | (state.left == 1)
         return dataclasses.replace(
             state,
@@ -214,6 +215,18 @@ class Minimiser(Generic[T]):
             ended=found | hopeless,
             iterations=state.iterations + 1,
         )
+
+    def _is_settled(self, quadratic: Quadratic, small: Number) -> Flag:
+        """Whether little is to be gained without damping, which alone makes a step small.
+
+        A parameter whose undamped step is beyond its reach is at the end of its range, or on its
+        way there, where the quadratic says nothing.
+        """
+        xp, moving = namespace(quadratic.cost), _moving(quadratic, self.bounds, small)
+        scale = _diagonal(quadratic.curvature)
+        step = _damped(quadratic, moving, scale, _LEAST_DAMPING)
+        near = moving & (xp.abs(step) <= self.bounds.reach)
+        return ~(_expected_gain(quadratic, near) > small)
 
     def _is_enough(self, best: Point[T], part: Count) -> Flag:
         """True if this part is not the last and is fitted well enough."""

@@ -3,7 +3,7 @@
 import numpy as np
 from jax.core import Tracer
 
-from impactjax._problem.checks import check_declared, check_requests
+from impactjax._problem.checks import check_bounds, check_declared, check_requests
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.parameters import handles, replaced
 from impactjax._problem.problem import Problem
@@ -38,6 +38,8 @@ def pose(experiment: Experiment) -> Problem:
         usual = (usual | {"t0"}) - {"x0", "theta0"}
     wanted = (usual | {*experiment.free}) - {*fixed, *ties}
     names = tuple(name for name in known if name in wanted)
+    for name, (low, high) in experiment.bounds:
+        check_bounds(name, low, high, names, system)
     traced = isinstance(recording.valid, Tracer)
     count = recording.valid.shape[0] if traced else int(np.asarray(recording.valid).sum())
     if count <= len(names):
@@ -53,4 +55,5 @@ def pose(experiment: Experiment) -> Problem:
         loss=experiment.loss,
         noise=experiment.noise,
         ties=experiment.ties,
+        bounds=experiment.bounds,
     )

@@ -53,6 +53,24 @@ def check_value(name: str, value: ArrayLike, allowed: Range) -> None:
         raise ValueError(f"`{name}` must be {allowed.describe()}, but it is {float(number):g}.")
 
 
+def check_bounds(
+    name: str, low: float, high: float, names: Collection[str], system: System
+) -> None:
+    """Checks that bounds are of a fitted parameter, in its range and around its starting value."""
+    check_known(name, names)
+    handle = handles(system)[name]
+    if low < handle.allowed.low or high > handle.allowed.high:
+        raise ValueError(
+            f"The bounds of `{name}`, {low:g} and {high:g}, must lie within its range: it must be "
+            f"{handle.allowed.describe()}."
+        )
+    value = handle.get(system)
+    if not isinstance(value, Tracer) and not low <= float(value) <= high:
+        raise ValueError(
+            f"`{name}` starts at {float(value):g}, outside its bounds {low:g} and {high:g}."
+        )
+
+
 def check_known(name: str, known: Collection[str]) -> None:
     """Checks that a parameter of that name exists; the error suggests a similar name."""
     if name in known:

@@ -15,6 +15,7 @@ from impactjax._problem.problem import Tie
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._refusal import check_kind, of_kind
 from impactjax._sensor.sensor import Sensor
+from impactjax._shown import with_numbers
 from impactjax._simulate.simulation import Simulation
 
 Fixed = Sequence[str] | Mapping[str, ArrayLike | None]
@@ -40,6 +41,8 @@ class Experiment(eqx.Module):
     - `ties`: parameters that follow from the others, each a function of all parameters by name:
       `{"upper_r": lambda at: at["lower_r"]}`.
     - `priors`: prior knowledge of parameters, by name.
+    - `bounds`: limits of fitted parameters, narrower than their own range, by name:
+      `{"gamma": (0.1, 0.3)}`.
     - `loss`: cost of a residual: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` against outliers.
     - `noise`: model of the residuals' correlation, from which the errors follow.
     - `simulation`: settings of the simulation.
@@ -68,6 +71,9 @@ class Experiment(eqx.Module):
     priors: dict[str, Normal] = eqx.field(
         converter=lambda given: _as_priors(given), default_factory=dict
     )
+    bounds: tuple[tuple[str, tuple[float, float]], ...] = eqx.field(
+        converter=lambda given: _as_bounds(given), default=(), static=True
+    )
     loss: AbstractLoss = eqx.field(
         converter=of_kind("loss", AbstractLoss, "Cauchy(0.01)"), default=Squares()
     )
@@ -81,6 +87,8 @@ class Experiment(eqx.Module):
 
     def __check_init__(self) -> None:
         check_angle(self.model.oscillator, self.initial)
+
+    __repr__ = with_numbers
 
 
 def _as_sensor(given: Sensor | None) -> Sensor:
@@ -108,6 +116,18 @@ def _as_fixed(given: Fixed) -> dict[str, Float[Array, "..."] | None]:
 
 def _as_ties(given: Mapping[str, Tie] | tuple[tuple[str, Tie], ...]) -> tuple[tuple[str, Tie], ...]:
     return tuple(dict(given).items())
+
+
+def _as_bounds(
+    given: Mapping[str, tuple[float, float]] | tuple[tuple[str, tuple[float, float]], ...],
+) -> tuple[tuple[str, tuple[float, float]], ...]:
+    found = {name: (float(low), float(high)) for name, (low, high) in dict(given).items()}
+    for name, (low, high) in found.items():
+        if not low < high:
+            raise ValueError(
+                f"The bounds of `{name}` must rise, but they are {low:g} and {high:g}."
+            )
+    return tuple(found.items())
 
 
 def _as_priors(given: Mapping[str, Normal]) -> dict[str, Normal]:

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from impactjax._parameter import as_parameter, is_positive, raise_if_violated
+from impactjax._shown import with_numbers
 
 Residuals = Float[Array, "..."]
 
@@ -36,6 +37,8 @@ class AbstractLoss(eqx.Module):
         zero = residuals == 0
         safe = jnp.where(zero, 1.0, residuals)
         return jnp.where(zero, 1.0, self.score(safe) / safe)
+
+    __repr__ = with_numbers
 
 
 class Squares(AbstractLoss):

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float, Int, Key
 
 from impactjax._known import AnyArray, namespace
 from impactjax._optimise.minimiser import Matrix
+from impactjax._shown import with_numbers
 from impactjax._types import Scalar
 
 Scores = Float[Array, " observations"]
@@ -32,6 +33,8 @@ class AbstractNoise(eqx.Module):
     @abc.abstractmethod
     def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
         """A random sample of normal errors with the variance and correlation of the scores."""
+
+    __repr__ = with_numbers
 
 
 class WhiteNoise(AbstractNoise):

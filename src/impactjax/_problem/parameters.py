@@ -22,6 +22,14 @@ class Handle(NamedTuple):
     path: tuple[str, ...]
     allowed: Range
 
+    def within(self, low: float, high: float) -> "Handle":
+        """The same parameter with a narrower range."""
+        allowed = self.allowed
+        excludes_low = allowed.excludes_low and low <= allowed.low
+        return self._replace(
+            allowed=allowed._replace(low=low, high=high, excludes_low=excludes_low)
+        )
+
     def get(self, part: eqx.Module) -> Scalar:
         """The parameter's value in a part."""
         return reduce(getattr, self.path, part)

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from impactjax._parameter import Requirement, as_parameter, is_positive, raise_if_violated
+from impactjax._shown import with_numbers
 
 
 class Normal(eqx.Module):
@@ -21,3 +22,5 @@ class Normal(eqx.Module):
     def __check_init__(self) -> None:
         mean = Requirement(jnp.isfinite(self.mean), "Argument `mean` must be finite")
         raise_if_violated(self, [mean, is_positive("sigma", self.sigma)])
+
+    __repr__ = with_numbers

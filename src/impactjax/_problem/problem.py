@@ -205,6 +205,7 @@ class Problem(AbstractProblem):
     - `names`: names of the fitted parameters.
     - `simulation`, `loss`, `noise`: as in `Experiment`.
     - `ties`: parameters that follow from the others, by name.
+    - `bounds`: limits of parameters inside their own range, by name.
     """
 
     system: System
@@ -214,6 +215,7 @@ class Problem(AbstractProblem):
     loss: AbstractLoss = Squares()
     noise: AbstractNoise = AutoregressiveNoise()
     ties: tuple[tuple[str, Tie], ...] = eqx.field(static=True, default=())
+    bounds: tuple[tuple[str, tuple[float, float]], ...] = eqx.field(static=True, default=())
 
     def __check_init__(self) -> None:
         if not self.names:
@@ -224,6 +226,8 @@ class Problem(AbstractProblem):
 
     def handles(self) -> dict[str, Handle]:
         known = handles(self.system)
+        for name, (low, high) in self.bounds:
+            known[name] = known[name].within(low, high)
         return {name: known[name] for name in self.names}
 
     @property

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from impactjax._record.sidecar import ReadTable
 from impactjax._record.table import USUAL_HEADER, Table
-from impactjax._sensor.quantity import IMPACT_TIME, TIME, UNITS
+from impactjax._sensor.quantity import IMPACT_TIME, TIME, observables, units_of
 
 
 class Column(NamedTuple):
@@ -49,7 +49,7 @@ def _observed(table: Table, read: ReadTable) -> Column:
     if IMPACT_TIME in names:  # then other columns describe the impacts
         return _parsed(table, names.index(IMPACT_TIME))
     others = [i for i, name in enumerate(names) if name != TIME]
-    known = [i for i in others if names[i] in UNITS]
+    known = [i for i in others if units_of(names[i])]
     if len(known or others) != 1:
         raise table.wrong_header(
             f"the header names {len(known or others)} quantities besides time",
@@ -82,7 +82,7 @@ def _chosen(table: Table, column: int | str, quantity: str | None, unit: str | N
     """
     position = _position(table, column)
     if quantity is not None and unit is not None:
-        return Column(position, quantity, UNITS[quantity][unit])
+        return Column(position, quantity, units_of(quantity)[unit])
     if table.header is None:
         raise table.wrong_header(
             f"no header says what column {position + 1} holds",
@@ -120,7 +120,10 @@ def _parsed(table: Table, position: int) -> Column:
     if match is None:
         raise table.wrong_header(f"column `{cell}` has no unit", f"write {USUAL_HEADER}")
     name, unit = _name(cell), match[1].strip()
-    for kind, word, known in (("quantity", name, UNITS), ("unit", unit, UNITS.get(name, {}))):
+    for kind, word, known in (
+        ("quantity", name, [TIME, *observables()]),
+        ("unit", unit, units_of(name)),
+    ):
         if word not in known:
             raise table.wrong_header(f"unknown {kind} `{word}`", f"use one of {', '.join(known)}")
-    return Column(position, name, UNITS[name][unit])
+    return Column(position, name, units_of(name)[unit])

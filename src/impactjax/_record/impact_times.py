@@ -7,7 +7,7 @@ from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._first_look.first_look import FirstLook, look_at_flights
-from impactjax._known import namespace
+from impactjax._known import is_known, namespace
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._parameter import as_parameter, plain
@@ -181,3 +181,10 @@ class ImpactTimes(AbstractRecording):
     def free_part(self, look: FirstLook) -> tuple[float, float] | None:
         """`None`: the motion between impacts is always free."""
         del look
+
+    def __repr__(self) -> str:
+        if not is_known(self):
+            return eqx.tree_pformat(self)
+        valid, count = int(self.observations), self.valid.shape[0]
+        which = f"{count} impacts" if valid == count else f"{valid} of {count} impacts"
+        return f"ImpactTimes({which}, {float(self.begin):g} to {float(self.end):g} s)"

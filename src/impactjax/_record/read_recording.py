@@ -26,7 +26,6 @@ from impactjax._sensor.quantity import (
     AbstractQuantity,
 )
 
-_BY_NAME: dict[str, AbstractQuantity] = {quantity.name: quantity for quantity in QUANTITIES}
 _MANY = 4  # most times to list individually
 
 
@@ -92,7 +91,7 @@ def _recording(table: Table, sidecar: Sidecar) -> tuple[AbstractRecording, list[
         ts = np.arange(len(values)) / sidecar.read.sample_rate
     _check_increasing(table, ts)
     inside = _inside(table.path, sidecar.read.window, ts, "row")
-    quantity = _BY_NAME[observed.quantity]
+    quantity = QUANTITIES[observed.quantity]
     recording, notes = _samples(table.path, quantity, ts[inside], values[inside], sidecar)
     if (left := unused(table, (time, observed))) and sidecar.read.column is None:
         notes.append(f"Of the file, {', '.join(f'`{each}`' for each in left)} is not used.")

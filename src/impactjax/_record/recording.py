@@ -7,7 +7,7 @@ from jaxtyping import ArrayLike
 
 from impactjax._first_look.first_look import FirstLook, look_at_motion
 from impactjax._first_look.hand_release import release
-from impactjax._known import namespace
+from impactjax._known import is_known, namespace
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._parameter import as_parameter, plain
@@ -230,3 +230,11 @@ class Recording(AbstractRecording):
             return None
         samples = np.median([np.count_nonzero(pulse > pulse.max() / 2) for pulse in pulses])
         return 1.5 * float(samples * np.median(np.diff(ts)))
+
+    def __repr__(self) -> str:
+        if not is_known(self):
+            return eqx.tree_pformat(self)
+        valid, count = int(self.observations), self.valid.shape[0]
+        which = f"{count} samples" if valid == count else f"{valid} of {count} samples"
+        ends = f"{float(self.begin):g} to {float(self.end):g} s"
+        return f"Recording({which} of {self.observed}, {ends})"

@@ -11,7 +11,7 @@ import msgspec
 
 from impactjax._record.file_error import FileError
 from impactjax._record.text import read_text
-from impactjax._sensor.quantity import TIME, UNITS
+from impactjax._sensor.quantity import TIME, observables, units_of
 
 _WORDS = {
     "float": "a number",
@@ -159,11 +159,10 @@ def _check_read(path: Path, text: str, read: ReadTable) -> None:
         if getattr(read, key) is not None and getattr(read, other) is None:
             problem = f"`{key}` says nothing without `{other}`"
             raise FileError(path, line_of(text, key), problem, f"add `{other}`")
-    observed = {name: units for name, units in UNITS.items() if name != TIME}
     for key, kind, allowed in (
-        ("quantity", "quantity", observed),
-        ("unit", f"unit of {read.quantity}", UNITS.get(read.quantity or "", {})),
-        ("time_unit", "unit of time", UNITS[TIME]),
+        ("quantity", "quantity", observables()),
+        ("unit", f"unit of {read.quantity}", units_of(read.quantity or "")),
+        ("time_unit", "unit of time", units_of(TIME)),
     ):
         value = getattr(read, key)
         if value is not None and value not in allowed:

@@ -15,6 +15,7 @@ from impactjax._parameter import (
     raise_if_violated,
     range_requirements,
 )
+from impactjax._shown import with_numbers
 from impactjax._types import AngularFrequency, Samples
 
 _TERMS = 14  # number of terms of a series with terms below 6 / (j + 4)!
@@ -29,6 +30,8 @@ class AbstractLowPass(eqx.Module):
 
         Its input is known there by value and rate. Before the first sample it was a straight line.
         """
+
+    __repr__ = with_numbers
 
 
 class Butterworth(AbstractLowPass):

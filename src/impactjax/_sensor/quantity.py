@@ -24,8 +24,11 @@ from impactjax._sensor.forces import (
     proper_acceleration,
     slopes,
 )
+from impactjax._shown import with_numbers
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Samples
+
+Row = np.ndarray  # a number, or a flag, a sample
 
 _ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "°": math.pi / 180}
 _ANGULAR_VELOCITIES = {"rad/s": 1.0, "deg/s": math.pi / 180, "°/s": math.pi / 180}
@@ -89,21 +92,19 @@ class AbstractQuantity(eqx.Module):
         """The time derivative of the quantity at the samples."""
 
     @abc.abstractmethod
-    def coordinate(
-        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
-    ) -> np.ndarray:
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         """The coordinate, reconstructed roughly from recorded values for a first look."""
 
-    def contacts(self, values: np.ndarray) -> list[tuple[int, int]]:
+    def contacts(self, values: Row) -> list[tuple[int, int]]:
         """Index pairs of the contacts that appear as pulses: first sample, and first one after."""
         del values
         return []
 
-    def free_fall(
-        self, ts: np.ndarray, values: np.ndarray, valid: np.ndarray
-    ) -> tuple[float, float] | None:
+    def free_fall(self, ts: Row, values: Row, valid: Row) -> tuple[float, float] | None:
         """Begin and end [s] of a free fall and its landing, after the body was held."""
         del ts, values, valid
+
+    __repr__ = with_numbers
 
 
 class AbstractPlace(AbstractQuantity):
@@ -119,9 +120,7 @@ class AbstractPlace(AbstractQuantity):
         del model
         return trajectory.velocity
 
-    def coordinate(
-        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
-    ) -> np.ndarray:
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         del ts, oscillator
         return values
 
@@ -140,9 +139,7 @@ class AbstractSpeed(AbstractDifferenced):
         del model
         return trajectory.velocity
 
-    def coordinate(
-        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
-    ) -> np.ndarray:
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         del oscillator
         return from_velocity(ts, values)
 
@@ -153,14 +150,12 @@ class AbstractAcceleration(AbstractDifferenced):
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return acceleration(model, trajectory)
 
-    def coordinate(
-        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
-    ) -> np.ndarray:
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         if is_peaked(values):
             return from_pulses(ts, values, oscillator.weight())
         return from_swing(ts, values)
 
-    def contacts(self, values: np.ndarray) -> list[tuple[int, int]]:
+    def contacts(self, values: Row) -> list[tuple[int, int]]:
         return pulses(values) if is_peaked(values) else []
 
 
@@ -233,17 +228,13 @@ class ProperAcceleration(AbstractDifferenced):
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return proper_acceleration(model, trajectory)
 
-    def coordinate(
-        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
-    ) -> np.ndarray:
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         return from_pulses(ts, values, oscillator.weight())
 
-    def contacts(self, values: np.ndarray) -> list[tuple[int, int]]:
+    def contacts(self, values: Row) -> list[tuple[int, int]]:
         return pulses(values)
 
-    def free_fall(
-        self, ts: np.ndarray, values: np.ndarray, valid: np.ndarray
-    ) -> tuple[float, float] | None:
+    def free_fall(self, ts: Row, values: Row, valid: Row) -> tuple[float, float] | None:
         return fall(ts, values, valid)
 
 
@@ -264,29 +255,39 @@ class ContactForce(AbstractDifferenced):
         if all(law.is_rigid() for law in laws):
             raise ValueError("No stop of the model has a force law, so there is no contact force.")
 
-    def coordinate(
-        self, ts: np.ndarray, values: np.ndarray, oscillator: AbstractOscillator
-    ) -> np.ndarray:
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         inertia = float(oscillator.mass * oscillator.lever())
         return from_pulses(ts, values / inertia, oscillator.weight())
 
-    def contacts(self, values: np.ndarray) -> list[tuple[int, int]]:
+    def contacts(self, values: Row) -> list[tuple[int, int]]:
         return pulses(values)
 
 
-QUANTITIES: tuple[AbstractQuantity, ...] = (
-    Angle(),
-    AngularVelocity(),
-    AngularAcceleration(),
-    Displacement(),
-    Velocity(),
-    Acceleration(),
-    ProperAcceleration(),
-    ContactForce(),
-)
-TIME, IMPACT_TIME = "time", "impact time"  # headers of sample times and of a list of impact times
-UNITS: dict[str, dict[str, float]] = {
-    TIME: TIME_UNITS,
-    IMPACT_TIME: TIME_UNITS,
-    **{quantity.name: quantity.units for quantity in QUANTITIES},
+QUANTITIES: dict[str, AbstractQuantity] = {
+    quantity.name: quantity
+    for quantity in (
+        Angle(),
+        AngularVelocity(),
+        AngularAcceleration(),
+        Displacement(),
+        Velocity(),
+        Acceleration(),
+        ProperAcceleration(),
+        ContactForce(),
+    )
 }
+"""Quantities by the headers of files."""
+
+TIME, IMPACT_TIME = "time", "impact time"  # headers of sample times and of a list of impact times
+
+
+def units_of(header: str) -> dict[str, float]:
+    """Units of the quantity in a header, with factors to SI; empty for an unknown header."""
+    if header in (TIME, IMPACT_TIME):
+        return TIME_UNITS
+    return QUANTITIES[header].units if header in QUANTITIES else {}
+
+
+def observables() -> list[str]:
+    """The headers of all quantities that may be recorded."""
+    return [IMPACT_TIME, *QUANTITIES]

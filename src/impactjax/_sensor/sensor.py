@@ -18,6 +18,7 @@ from impactjax._parameter import (
 from impactjax._refusal import of_kind
 from impactjax._sensor.low_pass import AbstractLowPass
 from impactjax._sensor.quantity import AbstractQuantity
+from impactjax._shown import with_numbers
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Ratio, Samples, Time
 
@@ -93,3 +94,5 @@ class Sensor(eqx.Module):
     def sampled(self, ts: Samples) -> Samples:
         """The times at which to sample the trajectory for a recording at `ts`."""
         return ts - self.delay
+
+    __repr__ = with_numbers

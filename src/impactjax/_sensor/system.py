@@ -6,6 +6,7 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._parameter import as_parameter, parameter
 from impactjax._sensor.sensor import Sensor
+from impactjax._shown import with_numbers
 from impactjax._types import Time
 
 
@@ -30,3 +31,5 @@ class System(eqx.Module):
     start: Start
     sensor: Sensor
     unit: str = eqx.field(static=True, default="")
+
+    __repr__ = with_numbers

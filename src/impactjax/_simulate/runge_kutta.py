@@ -11,9 +11,10 @@ import numpy as np
 from jaxtyping import Array
 
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.crossing import Crossing, first_crossing, shortened
+from impactjax._simulate.crossing import shortened
 from impactjax._simulate.flow import driven_acceleration
-from impactjax._simulate.state import Mode, State
+from impactjax._simulate.quintic import watched
+from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._types import Code, Flag, Scalar
 
@@ -24,6 +25,7 @@ _SAFETY = 0.9  # safety factor of the next step
 _SHRINK, _GROW = 0.2, 10.0  # limits of the ratio of successive steps
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
+_CONFIRM = 0.7  # of a step that begins a contact, which must be accurate at this length too
 _SLOW = 1e-4  # of the largest speed: errors of a slower mass need not be smaller
 
 Value = TypeVar("Value", Scalar, list[Scalar])
@@ -40,6 +42,7 @@ class _Memory(NamedTuple):
     h: Scalar  # [s], the duration to try; zero asks for a first guess
     target: Code  # the transition being landed on, or NO_EVENT
     speed: Scalar  # the largest so far, in units of the coordinate
+    confirms: Flag  # whether a longer step from the same start was accurate
 
 
 def _dopri8() -> "diffrax.AbstractERK":
@@ -73,7 +76,8 @@ class RungeKutta(AbstractStep):
             )
 
     def begin(self, span: Scalar) -> _Memory:
-        return _Memory(jnp.zeros_like(span), jnp.int32(NO_EVENT), jnp.zeros_like(span))
+        zero = jnp.zeros_like(span)
+        return _Memory(zero, jnp.int32(NO_EVENT), zero, jnp.zeros((), bool))
 
     @property
     def power(self) -> int:
@@ -113,6 +117,11 @@ class RungeKutta(AbstractStep):
         at_once = found & ~unclear & (start.t + fraction * h == start.t)
         beyond = found & (fraction > 1) & (h >= remaining)
         plain = accurate & ~unclear & ((event == NO_EVENT) | (beyond & ~landed))
+        # From a surface where δᵖ is not smooth, errors of two powers may cancel in the estimate at
+        # one length, and nearly cancel at no other.
+        touches = (start.arrival != NO_EVENT) & (start.mode.phase == Phase.CONTACT)
+        unconfirmed = plain & touches & ~memory.confirms
+        plain = plain & ~unconfirmed
 
         correction = jnp.where(landed, (fraction - 1) * h, 0.0)
         rate = automaton.flow(start.t + h, end, start.mode)
@@ -124,6 +133,7 @@ class RungeKutta(AbstractStep):
         accepted = plain | ends_on_event
         end = jax.tree.map(lambda y0, y1: jnp.where(accepted, y1, y0), start.y, end)
         retry = jnp.where(found, fraction * h, h * factor)
+        retry = jnp.where(unconfirmed, _CONFIRM * h, retry)
         retry = jnp.where(accurate & unclear, shortened(h, fraction, start.t), retry)
         following = jnp.where(ends_on_event, 0.0, jnp.where(plain, h * factor, retry))
         target = jnp.where(found & ~unclear & ~ends_on_event & ~plain, event, NO_EVENT)
@@ -132,7 +142,7 @@ class RungeKutta(AbstractStep):
             taken,
             end,
             jnp.where(ends_on_event, event, NO_EVENT).astype(jnp.int32),
-            _Memory(following, target.astype(jnp.int32), speed),
+            _Memory(following, target.astype(jnp.int32), speed, unconfirmed),
         )
 
     def expand(
@@ -246,7 +256,7 @@ def _first_event(
     before = automaton.just_after(start.arrival, start.mode, before)
     event, fraction, unclear = jnp.int32(NO_EVENT), jnp.full_like(h, jnp.inf), jnp.zeros((), bool)
     for index, (jet0, jet1) in enumerate(zip(before, after, strict=True)):
-        crossing = _watched(jet0, jet1, h, settle)
+        crossing = watched(jet0, jet1, h, settle)
         ahead = 1 - jet1[0] / (jet1[1] * h)
         close = (target == index) & (jnp.abs(ahead - 1) < 0.5)
         own = jnp.where(jnp.isinf(crossing.fraction) & close, ahead, crossing.fraction)
@@ -271,28 +281,3 @@ def _guard_jets(
     first = derivative(t, y)
     second = _along_flow(automaton, derivative, t, y, mode)
     return list(zip(value(t, y), first, second, strict=True))
-
-
-def _watched(
-    jet0: tuple[Scalar, Scalar, Scalar],
-    jet1: tuple[Scalar, Scalar, Scalar],
-    h: Scalar,
-    settle: Flag,
-) -> Crossing:
-    """The first crossing of the quintic through two jets, known up to its distance to the cubic."""
-    a0, a1, a2 = jet0[0], h * jet0[1], h**2 * jet0[2]
-    b0, b1, b2 = jet1[0], h * jet1[1], h**2 * jet1[2]
-    smooth = jnp.isfinite(a2) & jnp.isfinite(b2)
-    a2 = jnp.where(smooth, a2, 6 * (b0 - a0) - 4 * a1 - 2 * b1)
-    b2 = jnp.where(smooth, b2, 6 * (a0 - b0) + 4 * b1 + 2 * a1)
-    rise, slope, bend = b0 - a0 - a1 - a2 / 2, b1 - a1 - a2, b2 - a2
-    quintic = [
-        a0,
-        a1,
-        a2 / 2,
-        10 * rise - 4 * slope + bend / 2,
-        -15 * rise + 7 * slope - bend,
-        6 * rise - 3 * slope + bend / 2,
-    ]
-    margin = jnp.abs((a1 - b1) / 32 + (a2 + b2) / 64)
-    return first_crossing(quintic, settle, margin)

@@ -2,6 +2,7 @@
 
 import equinox as eqx
 
+from impactjax._shown import with_numbers
 from impactjax._simulate.step import AbstractStep
 
 
@@ -17,3 +18,5 @@ class Simulation(eqx.Module):
     max_steps: int = eqx.field(default=512, static=True)
     max_impacts: int = eqx.field(default=64, static=True)
     step: AbstractStep | None = None
+
+    __repr__ = with_numbers

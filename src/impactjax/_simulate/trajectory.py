@@ -3,6 +3,7 @@
 import equinox as eqx
 from jaxtyping import Array, Float, Int
 
+from impactjax._known import is_known
 from impactjax._results import RESULTS
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.rest_log import RestLog
@@ -47,3 +48,10 @@ class Trajectory(eqx.Module):
     magnification: Float[Array, "..."]
     result: RESULTS
     stats: Stats
+
+    def __repr__(self) -> str:
+        if not is_known(self) or self.ts.ndim != 1:
+            return eqx.tree_pformat(self)
+        words = str(RESULTS[self.result]).split(".")[0]
+        counts = f"{int(self.impacts.count)} impacts, {int(self.rests.count)} rests"
+        return f"Trajectory({self.ts.shape[0]} samples, {counts}: {words})"

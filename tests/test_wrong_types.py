@@ -1,0 +1,108 @@
+"""Arguments of a wrong kind end in one sentence with an example of the right one.
+
+In a process of its own: here types are checked at run time, which would come first.
+"""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tiers import quick
+
+pytestmark = quick
+
+PROGRAM = """
+import json, sys
+import numpy as np
+import impactjax as ij
+
+ts = np.linspace(0.0, 1.0, 20)
+pendulum, law = ij.Pendulum(13.0, 0.002), ij.KelvinVoigt(600.0, 0.2)
+model, start = ij.ImpactOscillator(pendulum, ij.Stop(law)), ij.InitialState(0.7)
+recording = ij.Recording(ts, np.cos(13 * ts), ij.Angle())
+experiment = ij.Experiment(model, recording, start)
+bounded = lambda bounds: ij.build_problem(
+    ij.Experiment(model, recording, start, bounds={"gamma": bounds})
+)
+cases = {
+    "simulate initial": lambda: ij.simulate(model, 0.78, ts),
+    "simulate model": lambda: ij.simulate(pendulum, start, ts),
+    "stop and law": lambda: ij.ImpactOscillator(pendulum, law),
+    "law": lambda: ij.Stop(pendulum),
+    "starts": lambda: ij.fit(experiment, starts=16),
+    "optimiser": lambda: ij.fit(experiment, optimiser="lm"),
+    "fit a model": lambda: ij.fit(model),
+    "fit together": lambda: ij.fit_together([model]),
+    "learn": lambda: ij.learn(model),
+    "low_pass": lambda: ij.Sensor(low_pass=50.0),
+    "quantity": lambda: ij.Recording(ts, ts, "angle"),
+    "experiment": lambda: ij.Experiment(model, recording, 0.78),
+    "sensor": lambda: ij.Experiment(model, recording, start, 50.0),
+    "names": lambda: ij.Experiment(model, recording, start, free="mass"),
+    "prior": lambda: ij.Experiment(model, recording, start, priors={"zeta": 0.1}),
+    "list": lambda: ij.simulate(ij.ImpactOscillator(ij.Pendulum([1.0, 2.0])), start, ts),
+    "degrees": lambda: ij.simulate(model, ij.InitialState(45.0), ts),
+    "law name": lambda: ij.prepare(recording, laws=["hertzz"]),
+    "law class": lambda: ij.prepare(recording, laws=[ij.Hertz]),
+    "record": lambda: ij.prepare(3),
+    "compare": lambda: ij.compare(["hertz"]),
+    "falling bounds": lambda: bounded((0.3, 0.1)),
+    "bounds elsewhere": lambda: bounded((0.3, 0.4)),
+    "bounds out of range": lambda: bounded((-0.3, 0.4)),
+}
+found = {}
+for name, case in cases.items():
+    try:
+        case()
+    except (TypeError, ValueError) as error:
+        found[name] = f"{type(error).__name__}: {error}"
+json.dump(found, sys.stdout)
+"""
+
+SENTENCES = {
+    "simulate initial": "TypeError: Argument `initial` must be an InitialState, such as "
+    "`InitialState(0.78)`, but it is 0.78 (float).",
+    "simulate model": "TypeError: Argument `model` must be an ImpactOscillator, such as ",
+    "stop and law": "TypeError: Argument `lower` must be a Stop, such as `Stop(Restitution(0.7))`, "
+    "but it is KelvinVoigt(omega0=600.0, gamma=0.2) (KelvinVoigt).",
+    "law": "TypeError: Argument `law` must be a Law, such as `Restitution(0.7)`, but it is ",
+    "starts": "TypeError: Argument `starts` must be a Starts, such as `Starts(16)`, but it is 16 ",
+    "optimiser": "TypeError: Argument `optimiser` must be a LevenbergMarquardt, such as ",
+    "fit a model": "TypeError: Argument `experiment` must be an Experiment, such as ",
+    "fit together": "TypeError: Argument `experiments` must be an Experiment, such as ",
+    "learn": "TypeError: Argument `experiment` must be an Experiment, such as ",
+    "low_pass": "TypeError: Argument `low_pass` must be a LowPass, such as `Butterworth(50.0)`, ",
+    "quantity": "TypeError: Argument `quantity` must be a Quantity, such as `Angle()`, but it is ",
+    "experiment": "TypeError: Argument `initial` must be an InitialState, such as ",
+    "sensor": "TypeError: Argument `sensor` must be a Sensor, such as ",
+    "names": "TypeError: Argument `free` must be a list of names: ['mass'].",
+    "prior": "TypeError: Argument `priors` must be a Normal, such as ",
+    "list": "ValueError: `omega_n` of Pendulum has shape (2,), but a run takes one number: ",
+    "degrees": "ValueError: An initial angle of 45 rad is more than a turn; are degrees meant?",
+    "law name": "ValueError: There is no law `hertzz`; there are none, restitution, ",
+    "law class": "TypeError: A law must be a name or an object such as `Restitution(0.7)`, but ",
+    "record": "TypeError: Argument `record` must be a Recording, such as ",
+    "compare": "TypeError: Argument `experiments` must be what `prepare` made, or experiments by ",
+    "falling bounds": "ValueError: The bounds of `gamma` must rise, but they are 0.3 and 0.1.",
+    "bounds elsewhere": "ValueError: `gamma` starts at 0.2, outside its bounds 0.3 and 0.4.",
+    "bounds out of range": "ValueError: The bounds of `gamma`, -0.3 and 0.4, must lie within ",
+}
+
+
+@pytest.fixture(scope="module")
+def said() -> dict[str, str]:
+    run = subprocess.run(
+        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True
+    )
+    return json.loads(run.stdout)
+
+
+@pytest.mark.parametrize("case", SENTENCES)
+def test_wrong_argument_is_refused_with_a_sentence(said, case):
+    assert said[case].startswith(SENTENCES[case])
+
+
+def test_every_case_is_refused(said):
+    assert said.keys() == SENTENCES.keys()
