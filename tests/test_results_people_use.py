@@ -82,7 +82,7 @@ def test_saved_estimate_of_other_parameters_is_refused(tmp_path):
         ij.io.load(tmp_path / "line.npz", dataclasses.replace(experiment(), recording=shorter))
 
 
-def test_a_bound_holds_a_parameter():
+def test_bounds_limit_a_parameter():
     bounded = ij.fit(experiment(bounds={"x_dot0": (-1.0, 0.5)}))
     values, free = line()
     assert float(free.value("x_dot0")) > 0.6
@@ -135,7 +135,7 @@ def test_objects_show_their_numbers(made, text):
     assert repr(made) == text
 
 
-def test_a_run_shows_what_became_of_it():
+def test_trajectory_repr_shows_result():
     run = ij.simulate(LINE, ij.InitialState(0.0, 1.0), TS, max_steps=32, max_impacts=8)
     assert repr(run) == "Trajectory(31 samples, 0 impacts, 0 rests: successful)"
 

@@ -127,7 +127,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> object:
-    """The version, and the solver for Diffrax, for which only their users wait."""
+    """Lazy access to the version and to the solver for Diffrax, which take time to import."""
     if name == "__version__":
         from importlib.metadata import version
 

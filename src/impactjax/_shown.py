@@ -1,4 +1,4 @@
-"""Objects shown with their numbers."""
+"""The `repr` of objects, with their numbers."""
 
 import dataclasses
 from typing import Any
@@ -7,13 +7,12 @@ import jax
 import numpy as np
 from jax.core import Tracer
 
-_FEW = 6  # numbers of an array that are shown one by one
+_FEW = 6  # most numbers of an array to show; a longer one appears as type and shape
 
 
 def with_numbers(self: Any) -> str:  # noqa: ANN401  any dataclass
-    """The `repr` of an object: its class and the fields that are not as by default, with numbers.
-
-    `Pendulum(omega_n=13.0, zeta=0.002, length=0.071)`
+    """The `repr` of an object: its class and the fields that differ from their defaults, such as
+    `Pendulum(omega_n=13.0, zeta=0.002, length=0.071)`.
     """
     fields = dataclasses.fields(self)
     values = {field.name: getattr(self, field.name) for field in fields if field.repr}

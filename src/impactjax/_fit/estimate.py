@@ -129,7 +129,7 @@ class Estimate(eqx.Module, Generic[P]):
         return self.names.index(name)
 
     def __getitem__(self, name: str) -> FittedParameter:
-        """A fitted parameter of a single fit by name, with all that is known of it."""
+        """A fitted parameter of a single fit by name, with its uncertainty."""
         self.check_single()
         i = self._place(name)
         numbers = (self.values, self.standard_errors, self.low, self.high)
@@ -144,11 +144,11 @@ class Estimate(eqx.Module, Generic[P]):
         return [self[name] for name in self.names]
 
     def to_dataframe(self) -> "pandas.DataFrame":
-        """The fitted parameters of a single fit as a table of pandas, a row a parameter."""
+        """The fitted parameters of a single fit as a pandas data frame, one row for each."""
         return as_dataframe(self.parameters)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """The numbers of an estimate, or of many under `vmap`, as a dataset of xarray."""
+        """The numbers of an estimate, or of many under `vmap`, as an xarray dataset."""
         return as_xarray(self)
 
     def _repr_html_(self) -> str:

@@ -1,4 +1,4 @@
-"""Estimates as tables of other libraries."""
+"""Conversion of estimates to pandas, xarray and HTML tables."""
 
 import html
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ _PER_FIT = ("rms", "aic", "bic", "misfit", "converged", "iterations")
 
 
 def as_dataframe(parameters: Sequence[FittedParameter]) -> "pandas.DataFrame":
-    """A row a parameter. Raises `ImportError` if pandas is not installed."""
+    """A data frame with one row for each parameter. Raises `ImportError` without pandas."""
     pandas = _imported("pandas")
     columns = ("value", "standard_error", "low", "high", "unit", "verdict")
     rows = {
@@ -38,7 +38,7 @@ def _cells(parameter: FittedParameter, columns: Sequence[str]) -> list[tuple[str
 
 def as_xarray(estimate: "Estimate") -> "xarray.Dataset":
     """A dataset with the dimension `parameter`, and `fit_0`, `fit_1`, ... for many fits. Raises
-    `ImportError` if xarray is not installed.
+    `ImportError` without xarray.
     """
     xarray = _imported("xarray")
     fits = [f"fit_{axis}" for axis in range(len(estimate.shape))]
@@ -55,7 +55,7 @@ def as_xarray(estimate: "Estimate") -> "xarray.Dataset":
 
 
 def as_html(parameters: Sequence[FittedParameter], summary: str) -> str:
-    """A table for a notebook."""
+    """An HTML table for a notebook."""
     heading = "".join(f"<th>{each}</th>" for each in ("parameter", "value", "95 % interval", ""))
     rows = "".join(f"<tr>{_html_cells(each)}</tr>" for each in parameters)
     table = f"<table><thead><tr>{heading}</tr></thead><tbody>{rows}</tbody></table>"

@@ -1,4 +1,4 @@
-"""One fitted parameter with all that is known of it."""
+"""One fitted parameter with its uncertainty."""
 
 from typing import NamedTuple
 
@@ -10,10 +10,10 @@ class FittedParameter(NamedTuple):
     """One fitted parameter, in its own unit.
 
     - `name`, `unit`: such as "gamma" and "1".
-    - `value`, `standard_error`: of the estimate.
+    - `value`, `standard_error`: estimate and its standard error.
     - `low`, `high`: ends of the 95 % interval.
-    - `verdict`: from which sides the recording bounds it.
-    - `quoted`: the value with its error, or its bound, with two digits of the error.
+    - `verdict`: sides from which the recording bounds it.
+    - `quoted`: the value with its error as text, or its bound, to two digits of the error.
     """
 
     name: str

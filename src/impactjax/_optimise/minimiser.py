@@ -136,8 +136,8 @@ class Minimiser(Generic[T]):
     λ ← λ max(1/3, 1 − (2ρ − 1)³); a rejected one gives λ ← ν λ and ν ← 2ν.
 
     Convergence: the predicted and the actual decrease of the last step are both at most
-    `reduction` × cost. On every part but the last it is enough that an undamped Gauss-Newton step
-    would decrease the cost by no more than that.
+    `reduction` × cost, and so is the expected decrease by an undamped Gauss-Newton step. On every
+    part but the last this expected decrease alone is enough.
 
     A parameter whose curvature is negligible over its longest step is held for this iteration. A
     point whose cost is not finite is never accepted.
@@ -217,10 +217,11 @@ class Minimiser(Generic[T]):
         )
 
     def _is_settled(self, quadratic: Quadratic, small: Number) -> Flag:
-        """Whether little is to be gained without damping, which alone makes a step small.
+        """True if an undamped Gauss-Newton step would hardly decrease the cost either, so that the
+        last step was not small because of its damping.
 
-        A parameter whose undamped step is beyond its reach is at the end of its range, or on its
-        way there, where the quadratic says nothing.
+        Parameters whose undamped step exceeds their reach are ignored: they are at the end of their
+        range, or on the way there, where the quadratic model is not valid.
         """
         xp, moving = namespace(quadratic.cost), _moving(quadratic, self.bounds, small)
         scale = _diagonal(quadratic.curvature)

@@ -56,7 +56,9 @@ def check_value(name: str, value: ArrayLike, allowed: Range) -> None:
 def check_bounds(
     name: str, low: float, high: float, names: Collection[str], system: System
 ) -> None:
-    """Checks that bounds are of a fitted parameter, in its range and around its starting value."""
+    """Checks that bounds belong to a fitted parameter, lie in its range and enclose its starting
+    value.
+    """
     check_known(name, names)
     handle = handles(system)[name]
     if low < handle.allowed.low or high > handle.allowed.high:

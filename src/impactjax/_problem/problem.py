@@ -205,7 +205,7 @@ class Problem(AbstractProblem):
     - `names`: names of the fitted parameters.
     - `simulation`, `loss`, `noise`: as in `Experiment`.
     - `ties`: parameters that follow from the others, by name.
-    - `bounds`: limits of parameters inside their own range, by name.
+    - `bounds`: limits of parameters, narrower than their own range, by name.
     """
 
     system: System

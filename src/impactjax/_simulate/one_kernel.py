@@ -1,4 +1,4 @@
-"""A function as one kernel on a CPU."""
+"""Compilation of a function to one kernel on a CPU."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -11,14 +11,14 @@ Result = TypeVar("Result")
 
 
 def one_kernel(function: Callable[[Argument], Result]) -> Callable[[Argument], Result]:
-    """The function, compiled on a CPU as one kernel instead of hundreds: for work on a few numbers,
-    it takes two thirds of the time to compile and less to run.
+    """The function, compiled on a CPU to one kernel instead of hundreds. For a computation with a
+    few numbers this takes two thirds of the time to compile, and less to run.
     """
     if jax.default_backend() != "cpu":
         return function
 
     def within(argument: Argument) -> Result:
-        with set_xla_metadata(xla_cpu_small_call=None, inlineable=None):  # the whole only
+        with set_xla_metadata(xla_cpu_small_call=None, inlineable=None):  # unmarks inner calls
             return function(argument)
 
     def marked(argument: Argument) -> Result:

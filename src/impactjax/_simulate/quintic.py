@@ -1,4 +1,7 @@
-"""A guard inside a step, by the quintic through its values and slopes at both ends."""
+"""Quintic Hermite polynomial of a guard inside a step, through its jets at both ends.
+
+The jet of a guard is its value with its first and second derivative in time.
+"""
 
 import jax.numpy as jnp
 
@@ -12,7 +15,7 @@ def watched(
     h: Scalar,
     settle: Flag,
 ) -> Crossing:
-    """The first crossing of the quintic through two jets, in doubt by its distance to the cubic."""
+    """The first crossing of the quintic through two jets, known up to its distance to the cubic."""
     a0, a1, a2 = jet0[0], h * jet0[1], h**2 * jet0[2]
     b0, b1, b2 = jet1[0], h * jet1[1], h**2 * jet1[2]
     smooth = jnp.isfinite(a2) & jnp.isfinite(b2)

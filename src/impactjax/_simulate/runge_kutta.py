@@ -25,7 +25,7 @@ _SAFETY = 0.9  # safety factor of the next step
 _SHRINK, _GROW = 0.2, 10.0  # limits of the ratio of successive steps
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
-_CONFIRM = 0.7  # of a step that begins a contact, which must be accurate at this length too
+_CONFIRM = 0.7  # share of a step that begins a contact, at which it must be accurate too
 _SLOW = 1e-4  # of the largest speed: errors of a slower mass need not be smaller
 
 Value = TypeVar("Value", Scalar, list[Scalar])
@@ -42,7 +42,7 @@ class _Memory(NamedTuple):
     h: Scalar  # [s], the duration to try; zero asks for a first guess
     target: Code  # the transition being landed on, or NO_EVENT
     speed: Scalar  # the largest so far, in units of the coordinate
-    confirms: Flag  # whether a longer step from the same start was accurate
+    confirms: Flag  # true if a longer step from the same start was accurate
 
 
 def _dopri8() -> "diffrax.AbstractERK":
@@ -117,8 +117,8 @@ class RungeKutta(AbstractStep):
         at_once = found & ~unclear & (start.t + fraction * h == start.t)
         beyond = found & (fraction > 1) & (h >= remaining)
         plain = accurate & ~unclear & ((event == NO_EVENT) | (beyond & ~landed))
-        # From a surface where δᵖ is not smooth, errors of two powers may cancel in the estimate at
-        # one length, and nearly cancel at no other.
+        # At a surface where δᵖ is not smooth, errors of two powers may cancel in the estimate, but
+        # only near one length.
         touches = (start.arrival != NO_EVENT) & (start.mode.phase == Phase.CONTACT)
         unconfirmed = plain & touches & ~memory.confirms
         plain = plain & ~unconfirmed
