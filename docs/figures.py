@@ -18,7 +18,7 @@ DEGREES = 180 / math.pi
 
 
 def main() -> None:
-    """The record of a pendulum at a Kelvin-Voigt stop, its fit, and what the fit leaves."""
+    """A recording of a pendulum at a Kelvin-Voigt stop, its fit, and the residuals."""
     recording = ij.io.read_recording(HERE.parent / "data" / "kelvin_voigt.csv").recording
     assert isinstance(recording, ij.Recording)
     model = ij.ImpactOscillator(
@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def draw_contact(ax: Axes, recording: ij.Recording, estimate: ij.Estimate) -> Axes:
-    """The first contact: the motion of the mass, and what the sensor's filter makes of it."""
+    """The first contact: the motion of the mass, before and after the low-pass filter."""
     begin = float(estimate.impacts.time[0])
     end = begin + float(estimate.impacts.duration[0])
     ts = np.asarray(recording.ts)

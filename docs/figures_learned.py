@@ -1,4 +1,4 @@
-"""Makes the figure of a law that nobody has named: `python docs/figures_learned.py`."""
+"""Makes the figure of a learned law: `python docs/figures_learned.py`."""
 
 from pathlib import Path
 
@@ -12,24 +12,24 @@ import impactjax as ij
 jax.config.update("jax_enable_x64", True)
 
 HERE = Path(__file__).parent
-START, EFFORT = ij.InitialState(0.0, 3.0), ij.Simulation(max_steps=128)
+START, STEPS = ij.InitialState(0.0, 3.0), ij.Simulation(max_steps=128)
 
 
 def main() -> None:
-    """The restitution that was learned from 40 impacts of a ball, the truth, and named laws."""
+    """Learned restitution from 40 impacts of a ball, its true value, and named laws."""
     heard = recording()
     named = [ij.LinearRestitution(0.9, 0.03), ij.PowerRestitution(0.85, 0.05)]
-    others = [ij.fit(ij.Experiment(ball(law), heard, START, simulation=EFFORT)) for law in named]
+    others = [ij.fit(ij.Experiment(ball(law), heard, START, simulation=STEPS)) for law in named]
     law = ij.LearnedRestitution.like(named[0], np.geomspace(0.2, 3.0, 10))
     learned = ij.learn(
-        ij.Experiment(ball(law), heard, START, simulation=EFFORT),
+        ij.Experiment(ball(law), heard, START, simulation=STEPS),
         where=lambda system: system.model.lower.law.weights,
     )
     plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
     figure, ax = plt.subplots(figsize=(7, 3.6), layout="constrained")
     ij.plot.learned_restitution(ax, learned, others)
     speeds = np.linspace(0.0, 3.3, 200)
-    ax.plot(speeds, softening(speeds), "k--", linewidth=0.8, label="truth")
+    ax.plot(speeds, softening(speeds), "k--", linewidth=0.8, label="true law")
     ax.legend(frameon=False, fontsize="small")
     figure.savefig(HERE / "figures" / "learned-restitution.png", dpi=125)
 
@@ -40,7 +40,7 @@ def softening(v: np.ndarray) -> np.ndarray:
 
 
 def recording() -> ij.ImpactTimes:
-    """40 impacts, heard to 0.1 ms."""
+    """40 impact times with a standard deviation of 0.1 ms."""
     times, speed = [0.3], np.array(3.0)
     for _ in range(39):
         times.append(times[-1] + 2 * float(speed) / 9.80665)
