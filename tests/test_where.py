@@ -131,3 +131,13 @@ def test_models_are_fitted_in_parallel(tmp_path):
 
 def test_no_models_give_no_fits():
     assert len(ij.compare({})) == 0
+
+
+def test_laws_of_ones_own_start_from_their_own_values(tmp_path, at_rest):
+    recording = written(tmp_path / "a.csv", at_rest).recording
+    laws = ["restitution", ij.Restitution(0.6), ij.Restitution(0.7), "restitution"]
+    experiments = ij.prepare(recording, laws=laws).experiments
+    assert list(experiments) == ["restitution", "Restitution", "Restitution 2"]
+    stops = [experiments[name].model.lower for name in ("Restitution", "Restitution 2")]
+    laws_of = [stop.law for stop in stops if stop is not None]
+    assert [float(law.r) for law in laws_of if isinstance(law, ij.Restitution)] == [0.6, 0.7]

@@ -190,12 +190,24 @@ def _prepared(
     recording, look, setup = adjusted(recording, setup, said, chosen, notes)
     laws = _usual_laws(recording, look) if setup.laws is None else setup.laws
     experiments = {}
-    for law in dict.fromkeys(laws):
+    for name_of_law, law in _named(laws).items():
         for dry in _frictions(setup, law):
             own = look._replace(oscillator=_with_friction(look.oscillator, setup, dry))
-            called = name_of(law) + (WITH_DRY_FRICTION if dry else "")
+            called = name_of_law + (WITH_DRY_FRICTION if dry else "")
             experiments[called] = _experiment(recording, own, setup, law)
     return Prepared(name, experiments, look, tuple(notes))
+
+
+def _named(laws: Sequence[Law]) -> dict[str, Law]:
+    """Laws by name; several objects of one class are numbered."""
+    found: dict[str, Law] = {}
+    for law in laws:
+        name, number = name_of(law), 1
+        while not isinstance(law, str) and name in found:
+            number += 1
+            name = f"{name_of(law)} {number}"
+        found.setdefault(name, law)
+    return found
 
 
 def _usual_laws(recording: AbstractRecording, look: FirstLook) -> Sequence[Law]:
