@@ -20,7 +20,6 @@ from impactjax._simulate.diagnosis import admitted, concluded, diagnose, motion
 from impactjax._simulate.disturbance import longest_step
 from impactjax._simulate.interval import Interval
 from impactjax._simulate.lane import Lane, Log, Record, Run
-from impactjax._simulate.one_kernel import one_kernel
 from impactjax._simulate.settling import is_settled
 from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep, Outcome, Point
@@ -37,10 +36,7 @@ def record_steps(step: AbstractStep, chatter: Chatter, max_steps: int, run: Run)
 
     @jax.custom_batching.custom_vmap
     def record_batch(runs: Run) -> Record:
-        def all_steps(runs: Run) -> Record:
-            return _loop(step, chatter, max_steps, runs)
-
-        return (one_kernel(all_steps) if runs.t0.shape[0] == 1 else all_steps)(runs)
+        return _loop(step, chatter, max_steps, runs)
 
     @record_batch.def_vmap
     def _(size: int, batched: list, runs: Run) -> tuple[Record, Record]:
