@@ -50,7 +50,7 @@ jax.block_until_ready(found)
 end = time.perf_counter(), time.process_time()
 print(json.dumps([end[0] - begin[0], end[1] - begin[1]]))
 """
-FIT = "found = ij.fit(system(600.0), recording, initial=initial, sensor=sensor)"
+FIT = "found = ij.fit(ij.Experiment(system(600.0), recording, initial, sensor))"
 
 
 class Waiting(NamedTuple):
