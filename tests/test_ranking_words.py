@@ -179,10 +179,9 @@ def test_friction_sentence_uses_the_same_difference():
 def test_laws_tried_with_and_without_friction_are_ranked_once():
     fits = [
         law("free flight", 0.0, of=line()[1]),
-        law("free flight", 1.0, of=line()[1]),
-        law("a", 50.0, of=line()[1]),
+        law("free flight with dry friction", 1.0, of=with_dry_friction(line()[1])),
+        law("a", 50.0, of=swing()),
     ]
-    fits[1] = fits[1]._replace(dry_friction=True)
     said = sentences(fits)
     assert "Viscous friction describes the record" in said[0]
     assert said[1] == "Among the laws tried, free flight describes the record clearly best."

@@ -186,12 +186,47 @@ def test_tied_parameter_follows():
     [
         ({"shared": ("speed",)}, "no experiment fits a parameter `speed`"),
         ({"shared": ("x0",), "own": ("x0",)}, "both shared and"),
-        ({"priors": {"x0": ij.Normal(0.0, 1.0)}}, "no parameter `x0`"),
     ],
 )
 def test_joint_fit_refuses_wrong_names(wrong, sentence):
     with pytest.raises(ValueError, match=f"(?i){sentence}"):
         ij.fit_together(experiments(True), **wrong)
+
+
+@pytest.mark.parametrize(
+    ("names", "sentence"),
+    [
+        (("x9", None), "no parameter `x9`"),
+        (("r", None), "`priors` speak of `r`, which is not fitted"),
+        (("x_dot0", "x_dot0"), "Two experiments have a prior of `x_dot0`, which they share"),
+    ],
+)
+def test_joint_fit_refuses_priors_of_nothing_and_twice(names, sentence):
+    known = ij.Normal(0.7, 0.01)
+    both = [
+        dataclasses.replace(each, priors={} if name is None else {name: known})
+        for each, name in zip(experiments(True), names, strict=True)
+    ]
+    with pytest.raises(ValueError, match=sentence):
+        ij.fit_together(both, shared=("x_dot0",))
+
+
+def test_fit_refuses_priors():
+    first = dataclasses.replace(experiments(True)[0], priors={"x0": ij.Normal(0.3, 0.01)})
+    with pytest.raises(ValueError, match="by `fit_together"):
+        ij.fit(first)
+
+
+def test_prior_of_a_single_experiment_counts():
+    sigma = 0.01
+    first = dataclasses.replace(experiments(True)[0], priors={"x0": ij.Normal(0.5, sigma)})
+    joint = ij.fit_together([first])
+    assert joint.names == ("x0", "x_dot0")
+    ts, right = TIMES[0], values()[0]
+    rows = np.stack([np.ones_like(ts), ts], axis=1) / SIGMAS[0]
+    design = np.vstack([rows, [1 / sigma, 0.0]])
+    expected, *_ = np.linalg.lstsq(design, np.append(right / SIGMAS[0], 0.5 / sigma))
+    np.testing.assert_allclose(joint.values, expected, rtol=1e-8)
 
 
 def test_joint_fit_refuses_empty_and_wrong_priors():

@@ -22,6 +22,7 @@ from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 
 _TIE = 0.001  # share of the strongest curvature in the damping of each parameter
 _GROWTH = 2.0  # Nielsen's ν: factor of the damping when a step is rejected for the first time
+_OPEN = 1e-3  # share of the cost that a search does not leave to be gained
 _TOO_MUCH, _LEAST_DAMPING = 1e12, 1e-12
 
 T = TypeVar("T")
@@ -202,7 +203,7 @@ class Minimiser(Generic[T]):
         small = self._small(best, state.part)
         flat = (predicted <= small) & (xp.where(accepted, gained, 0.0) <= small)
         lowest = either(accepted, lambda: trial, best)
-        settled = self._is_settled(lowest.quadratic, small)
+        settled = self._is_settled(lowest.quadratic)
         found = (best.is_known & flat & settled) | self._is_enough(lowest, state.part)
         hopeless = (~best.is_known & ~accepted) | (damping > _TOO_MUCH) | (state.left == 1)
         return dataclasses.replace(
@@ -216,18 +217,18 @@ class Minimiser(Generic[T]):
             iterations=state.iterations + 1,
         )
 
-    def _is_settled(self, quadratic: Quadratic, small: Number) -> Flag:
-        """True if an undamped Gauss-Newton step would hardly decrease the cost either, so that the
-        last step was not small because of its damping.
+    def _is_settled(self, quadratic: Quadratic) -> Flag:
+        """True unless damping alone makes a step small, beside a parameter at the end of its range.
 
-        Parameters whose undamped step exceeds their reach are ignored: they are at the end of their
-        range, or on the way there, where the quadratic model is not valid.
+        Such a parameter has an undamped step beyond its reach. The search goes on if holding it
+        there leaves the others more than a share `_OPEN` of the cost to gain.
         """
-        xp, moving = namespace(quadratic.cost), _moving(quadratic, self.bounds, small)
+        xp, active = namespace(quadratic.cost), self.bounds.active
+        moving = active & (_diagonal(quadratic.curvature) > 0)
         scale = _diagonal(quadratic.curvature)
-        step = _damped(quadratic, moving, scale, _LEAST_DAMPING)
-        near = moving & (xp.abs(step) <= self.bounds.reach)
-        return ~(_expected_gain(quadratic, near) > small)
+        far = xp.abs(_damped(quadratic, moving, scale, _LEAST_DAMPING)) > self.bounds.reach
+        gain = _expected_gain(quadratic, moving & ~far)
+        return ~(xp.any(far) & (gain > _OPEN * quadratic.cost))
 
     def _is_enough(self, best: Point[T], part: Count) -> Flag:
         """True if this part is not the last and is fitted well enough."""
