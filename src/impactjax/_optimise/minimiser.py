@@ -17,7 +17,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from impactjax._known import AnyArray, either, namespace
+from impactjax._known import AnyArray, either, is_known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 
 _TIE = 0.001  # share of the strongest curvature in the damping of each parameter
@@ -203,7 +203,8 @@ class Minimiser(Generic[T]):
         small = self._small(best, state.part)
         flat = (predicted <= small) & (xp.where(accepted, gained, 0.0) <= small)
         lowest = either(accepted, lambda: trial, best)
-        settled = self._is_settled(lowest.quadratic)
+        # With it in a traced search, XLA's multi-output fusion aborts (JAX 0.10).
+        settled = self._is_settled(lowest.quadratic) if is_known(lowest.quadratic) else True
         found = (best.is_known & flat & settled) | self._is_enough(lowest, state.part)
         hopeless = (~best.is_known & ~accepted) | (damping > _TOO_MUCH) | (state.left == 1)
         return dataclasses.replace(
