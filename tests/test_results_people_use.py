@@ -91,6 +91,15 @@ def test_bounds_limit_a_parameter():
     assert float(bounded.value("x0")) == pytest.approx(mean, abs=1e-3)
 
 
+def test_scattered_starts_lie_inside_the_bounds():
+    problem = ij.build_problem(experiment(bounds={"x0": (-0.01, 0.5)}, sensor=ij.Sensor()))
+    lanes = ij.Starts(16).lanes(problem)
+    values = np.array([problem.values(lane)[0] for lane in lanes])
+    assert np.all((values[1:] > -0.01) & (values[1:] < 0.5))
+    slopes = np.array([problem.slopes(lane)[0] for lane in lanes])
+    assert np.all(slopes > 1e-3)  # at the very end nothing would be felt
+
+
 @pytest.mark.parametrize("sigma", [None, 0.05])
 def test_log_density_is_the_normal_one(sigma):
     values, _ = line()

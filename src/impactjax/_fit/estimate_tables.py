@@ -2,6 +2,7 @@
 
 import html
 from collections.abc import Sequence
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,7 +70,7 @@ def _html_cells(each: FittedParameter) -> str:
     return "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
 
 
-def _imported(name: str):  # noqa: ANN202  a module
+def _imported(name: str) -> ModuleType:
     import importlib
 
     try:

@@ -8,7 +8,6 @@ from jaxtyping import Float
 
 from impactjax._known import AnyArray, namespace
 from impactjax._parameter import Range, plain
-from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
 from impactjax._shown import with_numbers
 
@@ -37,7 +36,7 @@ class Starts(eqx.Module):
 
     def lanes(self, problem: Problem) -> Float[AnyArray, "lanes parameters"]:
         """The starts in the optimiser's coordinates."""
-        known, random = handles(problem.system), np.random.default_rng(self.seed)
+        known, random = problem.handles(), np.random.default_rng(self.seed)
         columns = []
         for name in problem.names:
             value = plain(known[name].get(problem.system))

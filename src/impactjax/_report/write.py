@@ -1,5 +1,6 @@
 """Writer of reports."""
 
+import errno
 import json
 import os
 from collections.abc import Sequence
@@ -50,7 +51,7 @@ def check_absent(targets: Sequence[Path], force: bool) -> None:
     """Raises `FileExistsError` for a file that exists, unless `force`."""
     for target in targets:
         if os.path.lexists(target) and not force:
-            raise FileExistsError(17, "it exists", str(target))
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(target))
 
 
 def report_texts(comparisons: Sequence[Comparison], command: str) -> tuple[str, ...]:
