@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from scipy import stats
 
 import impactjax as ij
 from impactjax._report.document import document
@@ -209,6 +210,22 @@ def test_joint_fit_refuses_priors_of_nothing_and_twice(names, sentence):
     ]
     with pytest.raises(ValueError, match=sentence):
         ij.fit_together(both, shared=("x_dot0",))
+
+
+def test_log_density_of_a_joint_problem_weighs_the_prior():
+    """The difference of two points, by SciPy's normal densities."""
+    known = ij.Normal(0.5, 0.01)
+    first = dataclasses.replace(experiments(False)[0], priors={"x0": known})
+    joint = ij.fit_together([first]).problem
+    size, ts, right = float(joint.sizes[0]), TIMES[0], values()[0]
+
+    def density(level, slope):
+        line = stats.norm.logpdf(level + slope * ts - right, scale=size)
+        return np.sum(line) + stats.norm.logpdf(level, 0.5, 0.01)
+
+    one, other = (0.48, 0.7), (0.52, 0.65)
+    found = [float(joint.log_density(jnp.array(at))) for at in (one, other)]
+    np.testing.assert_allclose(found[0] - found[1], density(*one) - density(*other), rtol=1e-8)
 
 
 def test_fit_refuses_priors():

@@ -135,8 +135,7 @@ def compare_by(
     `map`, or that of a pool of threads.
     """
     check_search(starts, optimiser)
-    prepared = as_prepared(experiments)
-    own = prepared.experiments
+    own = experiments.experiments if isinstance(experiments, Prepared) else experiments
     _check(own)
     done: dict[str, Fitted] = {}
 
@@ -158,32 +157,19 @@ def compare_by(
         done |= dict(zip(stage, each(fitted, stage), strict=True))
     fits = list(done.values())
     order = best_first([fit.estimate for fit in fits])
-    ranked = tuple(fits[i] for i in order)
-    return Comparison(prepared.name, ranked, prepared.first_look, prepared.notes, starts.seed)
+    ranked = Comparison("recording", tuple(fits[i] for i in order), seed=starts.seed)
+    if not isinstance(experiments, Prepared):
+        return ranked
+    name, look, notes = experiments.name, experiments.first_look, experiments.notes
+    return dataclasses.replace(ranked, name=name, first_look=look, notes=notes)
 
 
-class _Given(NamedTuple):
-    """Experiments that the user made without `prepare`."""
-
-    name: str
-    experiments: Mapping[str, Experiment]
-    first_look: FirstLook | None = None
-    notes: tuple[str, ...] = ()
-
-
-def as_prepared(experiments: Prepared | Mapping[str, Experiment]) -> Prepared | _Given:
-    """Experiments with their name, first look and notes, as far as these exist."""
-    if isinstance(experiments, Prepared):
-        return experiments
+def _check(experiments: Mapping[str, Experiment]) -> None:
     if not isinstance(experiments, Mapping):
         raise TypeError(
             "Argument `experiments` must be what `prepare` made, or experiments by name, such as "
             '{"mine": experiment}.'
         )
-    return _Given("recording", experiments)
-
-
-def _check(experiments: Mapping[str, Experiment]) -> None:
     first: Experiment | None = None
     for name, each in experiments.items():
         check_kind(f"experiments[{name!r}]", each, Experiment, "Experiment(model, recording, ...)")

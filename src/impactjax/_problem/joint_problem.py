@@ -121,6 +121,10 @@ class JointProblem(AbstractProblem):
     def sizes_found(self) -> int:
         return sum(each.sizes_found for each in self.problems)
 
+    def density_variance(self, most_likely: Scalar) -> Scalar:
+        """One: residuals and prior knowledge are in units of their standard deviations."""
+        return jnp.ones_like(most_likely)
+
     def starting_values(self) -> list[Scalar]:
         found: dict[int, Scalar] = {}
         for problem, places in zip(self.problems, self.places, strict=True):

@@ -1,8 +1,7 @@
 """Residuals of a system against a recording, as a function of named parameters.
 
-A problem is all that a search, a sampler or another optimiser needs: `names`, `start`,
-`residuals(values)` and `log_density(values)` in the parameters' own units, and `values(u)` and
-`unbounded(values)` between these and unbounded coordinates.
+A search, a sampler or another optimiser needs `names`, `start`, `residuals(values)` and
+`log_density(values)`, in the parameters' own units, and `values(u)` and `unbounded(values)`.
 """
 
 import abc
@@ -139,7 +138,7 @@ class AbstractProblem(eqx.Module):
         return jnp.stack([jnp.asarray(value) for value in self.starting_values()])
 
     def log_density(self, values: Vector) -> Scalar:
-        """Log-likelihood of independent residuals plus the logarithm of prior densities:
+        """Log-likelihood of independent residuals and, up to a constant, log-density of priors:
 
         −Σ ρ(r)/σ² − n log(σ √(2 π)), with the loss ρ(r) = r²/2 for least squares,
 
@@ -149,12 +148,16 @@ class AbstractProblem(eqx.Module):
         residuals = self.residuals(values)
         n = self.observations.astype(residuals.dtype)
         cost = jnp.sum(self.assumed().loss.cost(residuals))
-        known = self.variance()
-        variance = 2 * cost / n if known is None else known
+        variance = self.density_variance(2 * cost / n)
         density = -cost / variance - n * jnp.log(2 * jnp.pi * variance) / 2 - self.log_units
         inside = [allowed.holds(values[i]) for i, allowed in enumerate(self._ranges())]
         possible = jnp.all(jnp.stack(inside)) & jnp.isfinite(density)
         return jnp.where(possible, density, -jnp.inf)
+
+    def density_variance(self, most_likely: Scalar) -> Scalar:
+        """Variance of a residual in `log_density`: the known one, else the most likely one."""
+        known = self.variance()
+        return most_likely if known is None else known
 
     def values(self, u: Vector) -> Vector:
         """Natural values at unbounded coordinates."""
