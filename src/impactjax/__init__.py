@@ -34,6 +34,7 @@ from impactjax._fit.fitted_parameter import FittedParameter as FittedParameter
 from impactjax._fit.learn import learn as learn
 from impactjax._fit.learned import Learned as Learned
 from impactjax._fit.profile import profiled as profiled
+from impactjax._fit.scatter_found import Scatter as Scatter
 from impactjax._fit.starts import Starts as Starts
 from impactjax._fit.verdict import Verdict as Verdict
 from impactjax._identify.directions import Directions as Directions
@@ -82,6 +83,9 @@ from impactjax._problem.noise import AutoregressiveNoise as AutoregressiveNoise
 from impactjax._problem.noise import WhiteNoise as WhiteNoise
 from impactjax._problem.prior import Normal as Normal
 from impactjax._problem.problem import Problem as Problem
+from impactjax._problem.scatter import AbstractScatter as AbstractScatter
+from impactjax._problem.scatter import NormalScatter as NormalScatter
+from impactjax._problem.scatter import NoScatter as NoScatter
 from impactjax._record.abstract_recording import AbstractRecording as AbstractRecording
 from impactjax._record.impact_times import ImpactTimes as ImpactTimes
 from impactjax._record.recording import Recording as Recording

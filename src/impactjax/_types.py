@@ -27,4 +27,5 @@ Flag = Bool[Array, ""]
 Code = Int[Array, ""]
 
 Samples = Float[Array, " samples"]
+Factors = Float[Array, " impacts"]  # [1]
 Steps = Float[Array, " steps"]

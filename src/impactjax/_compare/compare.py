@@ -15,7 +15,7 @@ from impactjax._compare.prepare import Prepared
 from impactjax._compare.ranking import best_first
 from impactjax._first_look.first_look import FirstLook
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.fit import best_from, check_no_priors, check_search
+from impactjax._fit.fit import best_from, check_no_priors, check_search, scattered
 from impactjax._fit.profile import profiled_by
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
@@ -214,5 +214,5 @@ def _estimated(
     """The best of searches from scattered starts and from special cases."""
     lanes = starts.lanes(problem)
     beside = starts_beside(problem, cases, lanes) if cases else None
-    estimate = best_from(problem, lanes, optimiser, search, beside)
+    estimate = scattered(best_from(problem, lanes, optimiser, search, beside))
     return profiled_by(search, estimate, optimiser)

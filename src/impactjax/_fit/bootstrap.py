@@ -55,13 +55,19 @@ def bootstrap(
     - `seed`: random seed of the noise.
     - `optimiser`: settings of the fits.
 
-    **Raises** `ValueError` for fewer than two replicates.
+    **Raises** `ValueError` for fewer than two replicates, and for an estimate with scatter from
+    impact to impact, which the replicates would lack.
 
     Source: the parametric bootstrap of Efron and Tibshirani (1993), "An introduction to the
     bootstrap", chapter 6.
     """
     if replicates < 2:
         raise ValueError(f"Argument `replicates` must be at least 2, but it is {replicates}.")
+    if estimate.scatter is not None:
+        raise ValueError(
+            "This estimate has scatter from impact to impact, and a bootstrap would draw none: fit "
+            "the experiment with `scatter=NoScatter()`, or use the intervals of the estimate."
+        )
     keys = jax.random.split(jax.random.key(seed), replicates)
     values, converged = _refits(estimate, optimiser, keys)
     counted = jnp.where(converged[:, None], values, jnp.nan)

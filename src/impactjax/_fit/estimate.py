@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from impactjax._fit.estimate_tables import as_dataframe, as_html, as_xarray
 from impactjax._fit.fitted_parameter import FittedParameter
+from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, known
 from impactjax._number_format import interval, with_error
@@ -51,6 +52,8 @@ class Estimate(eqx.Module, Generic[P]):
       the record; else 0. For several recordings, the largest.
     - `converged`: true if the optimiser converged.
     - `iterations`: number of evaluations.
+    - `scatter`: scatter of the speed after an impact from impact to impact; `None` if the fit
+      assumed none.
     - `start_costs`: cost, half the sum of squares, at the end of the search from each start.
 
     Source: H. Akaike (1974), IEEE Transactions on Automatic Control 19, 716, for AIC; G. Schwarz
@@ -77,6 +80,7 @@ class Estimate(eqx.Module, Generic[P]):
     converged: Bool[AnyArray, "..."]
     iterations: Int[AnyArray, "..."]
     start_costs: Float[AnyArray, "... starts"]
+    scatter: Scatter | None = None
 
     def of(self, problem: P) -> "Estimate[P]":
         """The estimate of the unpadded problem; the rows of this one end with padding."""
@@ -209,7 +213,8 @@ class Estimate(eqx.Module, Generic[P]):
             f"({self.verdict(name)}{given_words(resting.get(name))})"
             for name, unit in zip(self.names, self.units, strict=True)
         ]
-        return "\n".join([*lines, self._summary()])
+        scatter = [] if self.scatter is None else [str(self.scatter)]
+        return "\n".join([*lines, *scatter, self._summary()])
 
     def _summary(self) -> str:
         state = "converged" if bool(self.converged) else "not converged"

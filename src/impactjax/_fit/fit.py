@@ -5,6 +5,7 @@ import numpy as np
 
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.evaluation import Lanes
+from impactjax._fit.scatter import with_scatter
 from impactjax._fit.search import Search, Searches, lowest
 from impactjax._fit.starts import Starts
 from impactjax._fit.uncertainty import summarise
@@ -61,7 +62,7 @@ def solve(
     problem: Problem, starts: Starts, optimiser: LevenbergMarquardt, search: Search = Search()
 ) -> Estimate[Problem]:
     """The estimate of the best of several searches."""
-    return best_from(problem, starts.lanes(problem), optimiser, search)
+    return scattered(best_from(problem, starts.lanes(problem), optimiser, search))
 
 
 def best_from(
@@ -89,6 +90,11 @@ def best_from(
         minima = jax.tree.map(_with_last, minima, more)
     best = search.best_of(problem, minima, parts)
     return summarise(problem, best, minima.cost).of(own)
+
+
+def scattered(estimate: Estimate[Problem]) -> Estimate[Problem]:
+    """The estimate, with scatter from impact to impact if its problem has it."""
+    return with_scatter(estimate) if estimate.problem.scatter.scatters else estimate
 
 
 def _with_last(x: AnyArray, last: AnyArray) -> AnyArray:

@@ -40,7 +40,8 @@ def profiled(
     If the search for an end cannot continue, because the simulation fails there or the limit is
     not found, the end is NaN and the verdict `UNDECIDED`. A standard error that differs from the
     interval by a factor of 1.5 or more is replaced by that of the interval. An estimate that is
-    not `usable` is returned unchanged.
+    not `usable`, or has scatter from impact to impact, is returned unchanged: the intervals of the
+    latter are integrals over the size of the scatter.
 
     **Arguments:**
 
@@ -57,7 +58,7 @@ def profiled_by(
 ) -> Estimate[P]:
     """Variant of `profiled` with a given search."""
     estimate.check_single()
-    if not bool(estimate.usable):
+    if not bool(estimate.usable) or estimate.scatter is not None:
         return estimate
     ranges = [handle.allowed for handle in estimate.problem.handles().values()]
     walks = [_begin(estimate, ranges, j, side) for j in range(len(ranges)) for side in (-1, 1)]

@@ -6,6 +6,8 @@ H⁻¹ cov(Jᵀ e) H⁻¹, the sandwich estimator.
 Source: H. White (1982), "Maximum likelihood estimation of misspecified models", Econometrica 50, 1.
 """
 
+from typing import NamedTuple
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -53,13 +55,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     plain = variance * jnp.sum(half**2, axis=1)
     errors = jnp.sqrt(jnp.diagonal(covariance))
     half_width = _quantile(freedom, residuals.shape[0]) * errors
-    places = problem.handles()
-    lowest = jnp.array([places[name].allowed.low for name in problem.names], values.dtype)
-    highest = jnp.array([places[name].allowed.high for name in problem.names], values.dtype)
-    low, high = jnp.maximum(values - half_width, lowest), jnp.minimum(values + half_width, highest)
-    scale = jnp.array([places[name].allowed.excludes_low for name in problem.names])
-    # A positive scale compatible with zero gets no upper bound from a linearised error.
-    high = jnp.where(scale & (low <= lowest), highest, high)
+    interval = within_ranges(problem, values - half_width, values + half_width)
     size = squares / n if known is None else known
     simulated = jnp.isfinite(squares)
     converged = minimum.converged & (count > p)
@@ -72,13 +68,13 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         problem=problem,
         values=values,
         standard_errors=errors,
-        low=low,
-        high=high,
+        low=interval.low,
+        high=interval.high,
         covariance=covariance,
         inflation=jnp.where(plain > 0, errors / jnp.sqrt(jnp.where(plain > 0, plain, 1.0)), 1.0),
         freedom=freedom,
         memory=noise.order(loss.score(residuals), n),
-        verdicts=verdicts((low > lowest) & usable, (high < highest) & usable),
+        verdicts=verdicts(interval.below & usable, interval.above & usable),
         residuals=residuals,
         jacobian=jacobian,
         impacts=minimum.answer.impacts,
@@ -90,6 +86,27 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         iterations=minimum.iterations,
         start_costs=start_costs,
     )
+
+
+class Interval(NamedTuple):
+    """Intervals of parameters, and masks of those that are bounded from below and from above."""
+
+    low: Array
+    high: Array
+    below: Array
+    above: Array
+
+
+def within_ranges(problem: AbstractProblem, low: Array, high: Array) -> Interval:
+    """Intervals cut off at the ends of the parameters' ranges."""
+    ranges = [handle.allowed for handle in problem.handles().values()]
+    lowest = jnp.array([allowed.low for allowed in ranges], low.dtype)
+    highest = jnp.array([allowed.high for allowed in ranges], low.dtype)
+    low, high = jnp.maximum(low, lowest), jnp.minimum(high, highest)
+    scale = jnp.array([allowed.excludes_low for allowed in ranges])
+    # A positive scale compatible with zero gets no upper bound from a linearised error.
+    high = jnp.where(scale & (low <= lowest), highest, high)
+    return Interval(low, high, low > lowest, high < highest)
 
 
 def verdicts(below: Array, above: Array) -> Array:

@@ -5,9 +5,13 @@ from jax.core import Tracer
 
 from impactjax._problem.checks import check_bounds, check_declared, check_requests
 from impactjax._problem.experiment import Experiment
+from impactjax._problem.loss import Squares
 from impactjax._problem.parameters import handles, replaced
 from impactjax._problem.problem import Problem
+from impactjax._problem.scatter import AbstractScatter, NormalScatter, NoScatter
 from impactjax._sensor.system import Start, System
+
+_FLIGHTS = 4  # flights from which impact times tell the scatter of restitution
 
 
 def build_problem(experiment: Experiment) -> Problem:
@@ -56,4 +60,16 @@ def pose(experiment: Experiment) -> Problem:
         noise=experiment.noise,
         ties=experiment.ties,
         bounds=experiment.bounds,
+        scatter=_scatter(experiment, count, len(names)),
     )
+
+
+def _scatter(experiment: Experiment, count: int, parameters: int) -> AbstractScatter:
+    """The scatter of an experiment, by default that of its recording."""
+    wanted, plain = experiment.scatter, isinstance(experiment.loss, Squares)
+    if wanted is None:
+        enough = experiment.recording.observes_impacts and count > max(_FLIGHTS, parameters + 1)
+        return NormalScatter() if enough and plain else NoScatter()
+    if wanted.scatters and not plain:
+        raise ValueError("A fit with scatter has the loss `Squares()`: leave out one of them.")
+    return wanted

@@ -12,6 +12,7 @@ from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._problem.prior import Normal
 from impactjax._problem.problem import Tie
+from impactjax._problem.scatter import AbstractScatter
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._refusal import check_kind, of_kind
 from impactjax._sensor.sensor import Sensor
@@ -44,6 +45,9 @@ class Experiment(eqx.Module):
     - `bounds`: limits of fitted parameters, narrower than their own range, by name:
       `{"gamma": (0.1, 0.3)}`.
     - `loss`: cost of a residual: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` against outliers.
+    - `scatter`: distribution of the speed after each impact around that of the law:
+      `NormalScatter()` or `NoScatter()`. By default impact times with at least four flights have
+      `NormalScatter()`, everything else `NoScatter()`.
     - `noise`: model of the residuals' correlation, from which the errors follow.
     - `simulation`: settings of the simulation.
 
@@ -79,6 +83,10 @@ class Experiment(eqx.Module):
     )
     noise: AbstractNoise = eqx.field(
         converter=of_kind("noise", AbstractNoise, "WhiteNoise()"), default=AutoregressiveNoise()
+    )
+    scatter: AbstractScatter | None = eqx.field(
+        converter=of_kind("scatter", AbstractScatter, "NormalScatter()", optional=True),
+        default=None,
     )
     simulation: Simulation = eqx.field(
         converter=of_kind("simulation", Simulation, "Simulation(max_impacts=128)"),

@@ -23,6 +23,7 @@ from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.misfit import misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._problem.parameters import Handle, handles, replaced
+from impactjax._problem.scatter import AbstractScatter, NoScatter
 from impactjax._record.abstract_recording import AbstractRecording, Residuals, Valid
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
@@ -208,6 +209,7 @@ class Problem(AbstractProblem):
     - `names`: names of the fitted parameters.
     - `simulation`, `loss`, `noise`: as in `Experiment`.
     - `ties`: parameters that follow from the others, by name.
+    - `scatter`: distribution of the speed after each impact.
     - `bounds`: limits of parameters, narrower than their own range, by name.
     """
 
@@ -219,6 +221,7 @@ class Problem(AbstractProblem):
     noise: AbstractNoise = AutoregressiveNoise()
     ties: tuple[tuple[str, Tie], ...] = eqx.field(static=True, default=())
     bounds: tuple[tuple[str, tuple[float, float]], ...] = eqx.field(static=True, default=())
+    scatter: AbstractScatter = NoScatter()
 
     def __check_init__(self) -> None:
         if not self.names:
@@ -253,7 +256,7 @@ class Problem(AbstractProblem):
         return misfit(self.recording, residuals)
 
     def padded(self) -> "Problem":
-        recording = self.recording.padded(_size(self.valid.shape[-1]))
+        recording = self.recording.padded(padded_size(self.valid.shape[-1]))
         return dataclasses.replace(self, recording=recording)
 
     @property
@@ -294,7 +297,7 @@ class Problem(AbstractProblem):
         return answer._replace(jacobian=jacobian)
 
 
-def _size(count: int) -> int:
+def padded_size(count: int) -> int:
     """The smallest of the numbers 8, 12, 16, 24, 32, ... that is at least `count`."""
     power = 8 << max(math.ceil(math.log2(count / 8)), 0)
     return power * 3 // 4 if count <= power * 3 // 4 and power > 8 else power

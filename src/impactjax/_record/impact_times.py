@@ -136,6 +136,7 @@ class ImpactTimes(AbstractRecording):
             tolerance=simulation.tolerance,
             max_steps=simulation.max_steps,
             max_impacts=self.times.shape[0] - 1,
+            factors=system.factors,
         )
 
     def shifted(self, rows: Residuals) -> "ImpactTimes":

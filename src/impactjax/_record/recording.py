@@ -148,6 +148,7 @@ class Recording(AbstractRecording):
             max_impacts=simulation.max_impacts,
             chatter=Chatter(),
             logged=logged,
+            factors=system.factors,
         )
 
     def shifted(self, rows: Residuals) -> "Recording":

@@ -76,6 +76,7 @@ def _fit(fitted: Fitted) -> dict[str, Any]:
         "coupling": _coupling(estimate),
         "residuals": _residuals(estimate),
         "parameters": _parameters(fitted),
+        "scatter": _scatter(estimate),
         "assumptions": [each._asdict() for each in given(fitted).assumed],
     }
 
@@ -105,6 +106,18 @@ def _own(own: OwnValue) -> dict[str, Any]:
         "value": _number(own.value),
         "standard_error": _number(own.error),
         "unit": own.unit,
+    }
+
+
+def _scatter(estimate: Estimate) -> dict[str, Any] | None:
+    """Scatter from impact to impact, and the factors between which a single impact lies."""
+    scatter = estimate.scatter
+    if scatter is None:
+        return None
+    return {
+        "size": _number(scatter.size),
+        "interval95": [_number(scatter.low), _number(scatter.high)],
+        "single_impact": [_number(factor) for factor in scatter.single],
     }
 
 

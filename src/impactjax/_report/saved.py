@@ -8,12 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.scatter_found import Scatter
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._simulate.impact_log import ImpactLog
 
-_LOG = "impacts."
+_LOG, _SCATTER = "impacts.", "scatter."
 
 
 def save(path: str | Path, estimate: Estimate[Problem]) -> None:
@@ -22,7 +23,10 @@ def save(path: str | Path, estimate: Estimate[Problem]) -> None:
     The experiment is code and is not written; `load` needs it as an argument.
     """
     arrays = {name: getattr(estimate, name) for name in _numbers()}
-    arrays |= {_LOG + name: getattr(estimate.impacts, name) for name in _columns()}
+    arrays |= {_LOG + name: getattr(estimate.impacts, name) for name in _columns(ImpactLog)}
+    if estimate.scatter is not None:
+        scatter = estimate.scatter
+        arrays |= {_SCATTER + name: getattr(scatter, name) for name in _columns(Scatter)}
     content: dict[str, Any] = {name: np.asarray(x) for name, x in arrays.items()}
     with Path(path).open("wb") as file:
         np.savez(file, names=np.array(estimate.names), **content)
@@ -47,17 +51,22 @@ def load(path: str | Path, experiment: Experiment) -> Estimate[Problem]:
                 f"{', '.join(problem.names)}."
             )
         numbers = {name: jnp.asarray(file[name]) for name in _numbers()}
-        log = ImpactLog(**{name: jnp.asarray(file[_LOG + name]) for name in _columns()})
+        log = ImpactLog(**{name: jnp.asarray(file[_LOG + name]) for name in _columns(ImpactLog)})
+        scatter = None
+        if problem.scatter.scatters:
+            scatter = Scatter(
+                **{name: jnp.asarray(file[_SCATTER + name]) for name in _columns(Scatter)}
+            )
     count, own = numbers["residuals"].shape[-1], problem.valid.shape[-1]
     if count != own:
         raise ValueError(f"{path} is of {count} observations, but the recording has {own}.")
-    return Estimate(problem=problem, impacts=log, **numbers)
+    return Estimate(problem=problem, impacts=log, scatter=scatter, **numbers)
 
 
 def _numbers() -> list[str]:
     fields = (field.name for field in dataclasses.fields(Estimate))
-    return [name for name in fields if name not in ("problem", "impacts")]
+    return [name for name in fields if name not in ("problem", "impacts", "scatter")]
 
 
-def _columns() -> list[str]:
-    return [field.name for field in dataclasses.fields(ImpactLog)]
+def _columns(kind: type[ImpactLog] | type[Scatter]) -> list[str]:
+    return [field.name for field in dataclasses.fields(kind)]

@@ -42,6 +42,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
         return [*found, _does_not_fit(best.estimate, share)]
     found += given_sentences(best)
     found += _open_sides(best)
+    found += _scatter(best.estimate)
     told = identifiability(best.estimate)
     if not all(each.determined for each in findings(told)):
         found.append(coupling(told))
@@ -167,6 +168,21 @@ def _open_sides(best: Fitted) -> list[str]:
         elif verdict is Verdict.ONE_SIDED:
             found.append(f"The record only tells that {name} is at least {low:.3g}{unit}.")
     return found
+
+
+def _scatter(estimate: Estimate) -> list[str]:
+    """Sentence on the scatter of restitution, if the fit has it."""
+    scatter = estimate.scatter
+    if scatter is None:
+        return []
+    low, high = (float(factor) for factor in scatter.single)
+    size = str(scatter).removeprefix("scatter from impact to impact: ")
+    if float(scatter.low) == 0:
+        return [f"The record shows no scatter of restitution from impact to impact: it is {size}."]
+    return [
+        f"Restitution scatters from impact to impact by {size}: 95 % of single impacts have "
+        f"{low:.3f} to {high:.3f} times the restitution of the law."
+    ]
 
 
 def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:

@@ -7,7 +7,7 @@ from impactjax._model.initial_state import InitialState
 from impactjax._parameter import as_parameter, parameter
 from impactjax._sensor.sensor import Sensor
 from impactjax._shown import with_numbers
-from impactjax._types import Time
+from impactjax._types import Factors, Time
 
 
 class Start(eqx.Module):
@@ -24,6 +24,7 @@ class System(eqx.Module):
 
     - `model`, `initial`, `start`, `sensor`: the parts.
     - `unit`: SI unit of the recorded quantity.
+    - `factors`: factor on the speed after each impact, as for `simulate`; `None` for no scatter.
     """
 
     model: ImpactOscillator
@@ -31,5 +32,6 @@ class System(eqx.Module):
     start: Start
     sensor: Sensor
     unit: str = eqx.field(static=True, default="")
+    factors: Factors | None = None
 
     __repr__ = with_numbers

@@ -51,6 +51,24 @@ class Automaton(eqx.Module):
             )
         return after
 
+    def scattered(
+        self, event: Code, t: Scalar, y: State, mode: Mode, after: State, factor: Scalar
+    ) -> State:
+        """The state after the transition numbered `event`, with the speed at which the mass leaves
+        a stop multiplied by a factor.
+        """
+        leaves = self.leaves_stop(event, t, y, mode)
+        return after._replace(velocity=jnp.where(leaves, factor, 1.0) * after.velocity)
+
+    def begins_impact(self, event: Code, t: Scalar, y: State, mode: Mode) -> Flag:
+        """True if the transition numbered `event` is the beginning of an impact."""
+        begins = [each.begins_impact(t, y, mode) for each in self.transitions]
+        return _chosen(event, begins)
+
+    def leaves_stop(self, event: Code, t: Scalar, y: State, mode: Mode) -> Flag:
+        """True if the mass leaves a stop by the transition numbered `event`."""
+        return _chosen(event, [each.leaves_stop(t, y, mode) for each in self.transitions])
+
     def time_left(self, t: Scalar, y: State, mode: Mode) -> Scalar:
         """Duration of a summed chatter that starts with `y`; infinite in all other phases."""
         left = jnp.full_like(t, jnp.inf)
@@ -105,6 +123,14 @@ class Automaton(eqx.Module):
             bend = jnp.where(repeats & (slope == 0), jnp.maximum(bend, 0), bend)
             cleaned.append((value, slope, bend))
         return cleaned
+
+
+def _chosen(event: Code, answers: list[Flag]) -> Flag:
+    """The answer of the transition numbered `event`; false for `NO_EVENT`."""
+    chosen = jnp.zeros((), bool)
+    for index, answer in enumerate(answers):
+        chosen = jnp.where(event == index, answer, chosen)
+    return chosen
 
 
 def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:

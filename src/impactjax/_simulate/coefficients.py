@@ -77,7 +77,7 @@ def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar
     end = LONGEST * time_scale(law, v, m)
     run = Run(model, y0, start, end, tolerance, jnp.ones((), bool))
     record = record_steps(step, Chatter(), _MAX_STEPS, jax.lax.stop_gradient(run))
-    path = differentiable_path(step, model, y0, start, end, record)
+    path = differentiable_path(step, model, y0, start, end, None, record)
 
     log = record.log
     touching = log.taken & (log.mode.phase == Phase.CONTACT)

@@ -47,6 +47,13 @@ class Surface(AbstractTransition):
         in_range = ~jnp.any(jnp.stack([jnp.zeros((), bool), *asked]))
         return Jump(State(place, y.velocity, internal), after, in_range)
 
+    def begins_impact(self, t: Scalar, y: State, mode: Mode) -> Flag:
+        del t, y
+        return mode.phase == Phase.FLIGHT
+
+    def leaves_stop(self, t: Scalar, y: State, mode: Mode) -> Flag:
+        return ~self.begins_impact(t, y, mode)
+
 
 class PullFree(AbstractTransition):
     """Zero of the contact force inside the indentation: the mass separates or, if it has separated,
@@ -73,6 +80,13 @@ class PullFree(AbstractTransition):
         phase = jnp.where(self.leaves(t, y), Phase.FLIGHT, phase).astype(jnp.int32)
         stop = jnp.where(phase == Phase.FLIGHT, 0, self.wall.index).astype(jnp.int32)
         return Jump(y, Mode(phase, stop, mode.friction), jnp.ones((), bool))
+
+    def begins_impact(self, t: Scalar, y: State, mode: Mode) -> Flag:
+        return (mode.phase == Phase.DETACHED) & ~self.leaves(t, y)
+
+    def leaves_stop(self, t: Scalar, y: State, mode: Mode) -> Flag:
+        del mode
+        return self.leaves(t, y)
 
     def leaves(self, t: Scalar, y: State) -> Flag:
         """True if the mass passes the surface outwards at this moment.

@@ -12,13 +12,13 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.compliant_stop import PullFree, Surface
 from impactjax._simulate.extremes import extremes
-from impactjax._simulate.lane import Log, Record
+from impactjax._simulate.lane import Log, Record, factors_of
 from impactjax._simulate.magnification import magnification
 from impactjax._simulate.replay import Path
 from impactjax._simulate.rigid_stop import RigidStop
 from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep
-from impactjax._types import Scalar
+from impactjax._types import Factors, Scalar
 
 
 class ImpactLog(eqx.Module):
@@ -76,7 +76,12 @@ class Impacts(NamedTuple):
 
 
 def impacts_of(
-    step: AbstractStep, max_impacts: int, model: ImpactOscillator, path: Path, record: Record
+    step: AbstractStep,
+    max_impacts: int,
+    model: ImpactOscillator,
+    path: Path,
+    record: Record,
+    factors: Factors | None,
 ) -> Impacts:
     """The impact log of a lane, with `max_impacts` rows."""
     ends = jax.vmap(lambda path, log: _read(model, path, log))(path, record.log)
@@ -94,6 +99,8 @@ def impacts_of(
     time = gather(end_time, opened)
     approach = gather(lever * ends.approach_speed, opened)
     separation = gather(lever * ends.separation_speed, closed)
+    if factors is not None:
+        separation = separation * factors_of(factors, jnp.arange(max_impacts))
     moving = complete & (approach > 0)
     deepest, peak, turn, end = extremes(step, model, path, record, number, max_impacts)
     log = ImpactLog(

@@ -10,11 +10,14 @@ from impactjax._results import RESULTS
 from impactjax._simulate.chatter import Scale
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import Point
-from impactjax._types import Flag, Scalar
+from impactjax._types import Code, Factors, Flag, Scalar
 
 
 class Run(eqx.Module):
-    """Task of a lane: to go from the state `y0` at `t0` to `t1`."""
+    """Task of a lane: to go from the state `y0` at `t0` to `t1`.
+
+    - `factors`: factor on the speed after each impact, or `None`.
+    """
 
     model: ImpactOscillator
     y0: State
@@ -22,6 +25,7 @@ class Run(eqx.Module):
     t1: Scalar
     tolerance: Scalar
     in_order: Flag  # true if the sample times increase
+    factors: Factors | None = None
 
 
 class Log(NamedTuple):
@@ -45,6 +49,7 @@ class Lane(NamedTuple):
     scale: Scale
     motion: Scalar  # the largest so far: how far from zero, or how long a way, of the coordinate
     speed: Scalar  # the largest so far, in units of the coordinate
+    impacts: Code  # number of impacts that have begun
     result: RESULTS
     done: Flag
 
@@ -57,3 +62,8 @@ class Record(NamedTuple):
     result: RESULTS
     passes: Array  # of the whole batch, at least 1; not batched
     chatters: Array  # true if any lane of the batch has a summed chatter; not batched
+
+
+def factors_of(factors: Factors, number: Array, beyond: float = 1.0) -> Array:
+    """The factors of the impacts with some numbers from 0; 1 for those that have none."""
+    return factors.at[number].get(mode="fill", fill_value=beyond, wrap_negative_indices=False)

@@ -19,13 +19,13 @@ from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.diagnosis import admitted, concluded, diagnose, motion
 from impactjax._simulate.disturbance import longest_step
 from impactjax._simulate.interval import Interval
-from impactjax._simulate.lane import Lane, Log, Record, Run
+from impactjax._simulate.lane import Lane, Log, Record, Run, factors_of
 from impactjax._simulate.settling import is_settled
 from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._simulate.transition import Context, Jump
 from impactjax._simulate.varying import alike
-from impactjax._types import Flag
+from impactjax._types import Code, Flag
 
 T = TypeVar("T")
 _Carry: TypeAlias = tuple["Lane", "Log", Array, Array]  # passes so far, and whether any chattered
@@ -140,7 +140,8 @@ def _begin(step: AbstractStep, run: Run) -> Lane:
     zero = jnp.zeros_like(span)
     motion, speed = jnp.abs(run.y0.position), jnp.abs(run.y0.velocity)
     memory = step.begin(span)
-    return Lane(point, run.t0, memory, Scale(zero, zero), motion, speed, result, done)
+    scale, impacts = Scale(zero, zero), jnp.int32(0)
+    return Lane(point, run.t0, memory, scale, motion, speed, impacts, result, done)
 
 
 def _attempt(step: AbstractStep, run: Run, lane: Lane) -> Outcome:
@@ -194,6 +195,7 @@ class _Arrival(NamedTuple):
 
     jump: Jump
     scale: Scale
+    impacts: Code
 
 
 def _arrive(chatter: Chatter, run: Run, lane: Lane, outcome: Outcome) -> _Arrival:
@@ -203,19 +205,23 @@ def _arrive(chatter: Chatter, run: Run, lane: Lane, outcome: Outcome) -> _Arriva
     longest = jnp.maximum(lane.scale.longest, jnp.where(flies, outcome.h, 0))
     scale = Scale(jnp.maximum(lane.scale.fastest, speed), longest)
     context = Context(scale, run.tolerance, chatter)
-    jump = Automaton(run.model).jump(
-        outcome.event, point.t + outcome.h, outcome.y, point.mode, context
-    )
-    return _Arrival(jump, scale)
+    automaton, t = Automaton(run.model), point.t + outcome.h
+    jump = automaton.jump(outcome.event, t, outcome.y, point.mode, context)
+    if run.factors is None:
+        return _Arrival(jump, scale, lane.impacts)
+    where = outcome.event, t, outcome.y, point.mode
+    impacts = lane.impacts + automaton.begins_impact(*where)
+    state = automaton.scattered(*where, jump.state, factors_of(run.factors, impacts - 1))
+    return _Arrival(jump._replace(state=state), scale, impacts)
 
 
 def _stay(run: Run, lane: Lane, outcome: Outcome) -> _Arrival:
     del run
-    return _Arrival(Jump(outcome.y, lane.point.mode, jnp.ones((), bool)), lane.scale)
+    return _Arrival(Jump(outcome.y, lane.point.mode, jnp.ones((), bool)), lane.scale, lane.impacts)
 
 
 def _proceed(run: Run, lane: Lane, outcome: Outcome, arrival: _Arrival) -> tuple[Lane, Log]:
-    point, (jump, scale) = lane.point, arrival
+    point, (jump, scale, impacts) = lane.point, arrival
     last = outcome.accepted & (outcome.h >= run.t1 - point.t)
     t = jnp.where(last, run.t1, point.t + outcome.h)
     largest = jnp.maximum(lane.motion, motion(run, point, outcome))
@@ -229,6 +235,7 @@ def _proceed(run: Run, lane: Lane, outcome: Outcome, arrival: _Arrival) -> tuple
         _choose(moved, scale, lane.scale),
         jnp.where(moved, largest, lane.motion),
         jnp.where(moved, jnp.maximum(lane.speed, jnp.abs(outcome.y.velocity)), lane.speed),
+        jnp.where(moved, impacts, lane.impacts),
         RESULTS.where(lane.done, lane.result, result),
         lane.done | failed | (moved & last),
     )

@@ -21,13 +21,14 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chatter import Chatter, Scale
 from impactjax._simulate.chunks import FEW_STEPS, map_rows, scan_rows
-from impactjax._simulate.lane import Log, Record
+from impactjax._simulate.lane import Log, Record, factors_of
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.transition import Context
 from impactjax._simulate.varying import alike
-from impactjax._types import Code, Flag, Scalar
+from impactjax._types import Code, Factors, Flag, Scalar
 
+_Factor: TypeAlias = tuple[Scalar, Scalar] | None  # factor on a speed, and its tangent
 _Carry: TypeAlias = tuple[Scalar, State]  # tangents of the next start: time and state
 
 
@@ -43,10 +44,18 @@ class Path(NamedTuple):
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
 def differentiable_path(
-    step: AbstractStep, model: ImpactOscillator, y0: State, t0: Scalar, t1: Scalar, record: Record
+    step: AbstractStep,
+    model: ImpactOscillator,
+    y0: State,
+    t0: Scalar,
+    t1: Scalar,
+    factors: Factors | None,
+    record: Record,
 ) -> Path:
-    """The logged steps of a lane, differentiable with respect to `model`, `y0`, `t0` and `t1`."""
-    del y0, t0, t1
+    """The logged steps of a lane, differentiable with respect to `model`, `y0`, `t0`, `t1` and the
+    factors.
+    """
+    del y0, t0, t1, factors
     log = record.log
     expansions = map_rows(
         lambda row: step.expand(Automaton(model), row.t, row.y, row.mode, row.h),
@@ -59,8 +68,8 @@ def differentiable_path(
 
 @partial(differentiable_path.defjvp, symbolic_zeros=True)
 def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
-    model, y0, t0, t1, record = primals
-    d_model, d_y0, d_t0, d_t1, _ = tangents
+    model, y0, t0, t1, factors, record = primals
+    d_model, d_y0, d_t0, d_t1, d_factors, _ = tangents
     values = differentiable_path(step, *primals)
     varies = jax.tree.map(lambda tangent: not isinstance(tangent, SymbolicZero), d_model)
     varied, constants = eqx.partition(model, varies)
@@ -69,14 +78,31 @@ def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
     def automaton(varied: ImpactOscillator) -> Automaton:
         return Automaton(eqx.combine(varied, constants))
 
-    def body(carry: _Carry, row: tuple[Path, Log]) -> tuple[_Carry, Path]:
+    def body(carry: _Carry, row: tuple[Path, Log, _Factor]) -> tuple[_Carry, Path]:
         return _push_forward(
             step, automaton, varied, d_varied, d_end, record.end.t, record.chatters, carry, *row
         )
 
     *start, d_end = jax.tree.map(_or_zeros, (d_t0, d_y0, d_t1), (t0, y0, t1))
-    _, d_values = scan_rows(body, tuple(start), (values, record.log), record.passes)
+    own = _factors_of_steps(Automaton(model), values, record.log, factors, d_factors)
+    _, d_values = scan_rows(body, tuple(start), (values, record.log, own), record.passes)
     return values, d_values
+
+
+def _factors_of_steps(
+    automaton: Automaton,
+    path: Path,
+    log: Log,
+    factors: Factors | None,
+    d_factors: Factors | SymbolicZero | None,
+) -> _Factor:
+    """The factor that belongs to the end of each step, and its tangent; `None` without factors."""
+    if factors is None:
+        return None
+    d_factors = jnp.zeros_like(factors) if isinstance(d_factors, SymbolicZero) else d_factors
+    begins = jax.vmap(automaton.begins_impact)(log.event, path.t + path.h, path.end, log.mode)
+    number = jnp.cumsum(begins & log.taken, dtype=jnp.int32) - 1
+    return factors_of(factors, number), factors_of(d_factors, number, beyond=0.0)
 
 
 def _or_zeros(tangent: Array | SymbolicZero, value: Array) -> Array:
@@ -94,6 +120,7 @@ def _push_forward(
     carry: _Carry,
     values: Path,
     log: Log,
+    factor: _Factor,
 ) -> tuple[_Carry, Path]:
     """Tangents of one step: of its start, its duration, its end, and of the next start.
 
@@ -138,8 +165,8 @@ def _push_forward(
     def or_chatter(model: ImpactOscillator, t: Scalar, y: State, flowed: State) -> State:
         return _unless_chatter(automaton(model), chatters, t, y, mode, h, flowed)
 
-    def jumped(model: ImpactOscillator, t: Scalar, end: State) -> State:
-        return _jump(automaton(model), event, t, end, mode)
+    def jumped(model: ImpactOscillator, t: Scalar, end: State, factor: Scalar | None) -> State:
+        return _jump(automaton(model), event, t, end, mode, factor)
 
     _, d_expansion = jax.jvp(expanded, (model, t, y), (d_model, d_t, d_y))
     place, in_time = (model, t, y, h, end), jnp.zeros_like(h)
@@ -155,7 +182,8 @@ def _push_forward(
     # factor vanishes only in the sum of both terms.
     d_end = pushed(d_model, d_expansion, d_h)
     _, d_end = jax.jvp(or_chatter, (model, t, y, end), (d_model, d_t, d_y, d_end))
-    _, d_next = jax.jvp(jumped, (model, t + h, end), (d_model, d_t + d_h, d_end))
+    own, d_own = (None, None) if factor is None else factor
+    _, d_next = jax.jvp(jumped, (model, t + h, end, own), (d_model, d_t + d_h, d_end, d_own))
 
     moved = jax.tree.map(
         lambda new, old: jnp.where(log.taken, new, old), (d_t + d_h, d_next), carry
@@ -163,12 +191,14 @@ def _push_forward(
     return moved, Path(d_t, d_y, d_h, d_end, d_expansion)
 
 
-def _jump(automaton: Automaton, event: Code, t: Scalar, end: State, mode: Mode) -> State:
+def _jump(
+    automaton: Automaton, event: Code, t: Scalar, end: State, mode: Mode, factor: Scalar | None
+) -> State:
     """The state after an event."""
     unused = jnp.zeros_like(t)
-    return automaton.jump(
-        event, t, end, mode, Context(Scale(unused, unused), unused, Chatter())
-    ).state
+    context = Context(Scale(unused, unused), unused, Chatter())
+    after = automaton.jump(event, t, end, mode, context).state
+    return after if factor is None else automaton.scattered(event, t, end, mode, after, factor)
 
 
 def state_within(

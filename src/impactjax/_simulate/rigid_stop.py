@@ -10,7 +10,7 @@ from impactjax._simulate.chatter import is_summable, push
 from impactjax._simulate.flow import Wall, holding_resistance
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.transition import AbstractTransition, Context, Jump
-from impactjax._types import Scalar
+from impactjax._types import Flag, Scalar
 
 
 class RigidStop(AbstractTransition):
@@ -41,6 +41,13 @@ class RigidStop(AbstractTransition):
         after = State(place, velocity, y.internal)
         in_range = ~flies | ~((r < 0) | (r > 1))
         return Jump(after, self._next_mode(model, t, after, mode, context), in_range)
+
+    def begins_impact(self, t: Scalar, y: State, mode: Mode) -> Flag:
+        del t, y
+        return mode.phase == Phase.FLIGHT
+
+    def leaves_stop(self, t: Scalar, y: State, mode: Mode) -> Flag:
+        return self.begins_impact(t, y, mode)
 
     def _next_mode(
         self, model: ImpactOscillator, t: Scalar, after: State, before: Mode, context: Context

@@ -30,7 +30,7 @@ from impactjax._simulate.sample import sample
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.trajectory import Stats, Trajectory
 from impactjax._simulate.varying import alike
-from impactjax._types import Flag, Samples, Scalar
+from impactjax._types import Factors, Flag, Samples, Scalar
 
 T = TypeVar("T")
 
@@ -46,6 +46,7 @@ def simulate(
     max_steps: int = 1024,
     max_impacts: int = 64,
     chatter: Chatter = Chatter(),
+    factors: ArrayLike | None = None,
 ) -> Trajectory:
     """Simulation of free flight and contact, with exact derivatives through every impact.
 
@@ -67,6 +68,9 @@ def simulate(
     - `max_steps`: most steps of a lane. Memory grows with it, computing time hardly does.
     - `max_impacts`: rows of the impact log and of the rest log.
     - `chatter`: condition for summing an infinite series of impacts in closed form.
+    - `factors`: factor on the speed at which the mass leaves the stop after each impact, in the
+      order of the impacts, shape (impacts,) [1]: restitution that scatters. It is 1 for later
+      impacts and for those of a summed chatter.
 
     **Raises** `ValueError` for errors that are visible before the run: times that are not a
     strictly increasing list of numbers, a tolerance below the floating-point resolution, limits
@@ -74,7 +78,7 @@ def simulate(
     a `TaylorStep` with equations that have no Taylor series. Other failures are in `result`.
     """
     return simulate_logged(
-        model, initial, ts, t0, step, tolerance, max_steps, max_impacts, chatter, None
+        model, initial, ts, t0, step, tolerance, max_steps, max_impacts, chatter, None, factors
     )
 
 
@@ -89,6 +93,7 @@ def simulate_logged(
     max_impacts: int,
     chatter: Chatter,
     logged: Flag | None,
+    factors: ArrayLike | None,
 ) -> Trajectory:
     """Variant of `simulate`. The impact log is computed, without derivatives, if `logged` is true
     when the program runs; otherwise it is zero.
@@ -125,6 +130,7 @@ def simulate_logged(
         jnp.asarray(t0, dtype),
         jnp.asarray(tolerance, dtype),
         logged,
+        None if factors is None else _as_factors(factors, dtype),
     )
 
 
@@ -140,6 +146,7 @@ def _simulate(
     t0: Scalar,
     tolerance: Scalar,
     logged: Flag | None,
+    factors: Factors | None,
 ) -> Trajectory:
     y0 = with_internal(model, initial.position, initial.velocity)
     in_order = jnp.all(jnp.diff(ts) > 0) & (t0 <= ts[0])
@@ -149,13 +156,13 @@ def _simulate(
     model, y0, start, times = jax.tree.map(
         lambda leaf: jnp.where(runs, leaf, jnp.ones_like(leaf)), (model, y0, t0, ts)
     )
-    run = jax.lax.stop_gradient(Run(model, y0, start, times[-1], tolerance, in_order))
+    run = jax.lax.stop_gradient(Run(model, y0, start, times[-1], tolerance, in_order, factors))
     record = record_steps(step, chatter, max_steps, run)
-    path = differentiable_path(step, model, y0, start, times[-1], record)
+    path = differentiable_path(step, model, y0, start, times[-1], factors, record)
     position, velocity = sample(step, model, path, record, times)
     tell = partial(impacts_of, step, max_impacts)
     tell = tell if logged is None else _if_asked(logged, tell)
-    impacts, total, nearest_miss, magnified = tell(model, path, record)
+    impacts, total, nearest_miss, magnified = tell(model, path, record, factors)
     rests, rests_total = rests_of(path, record.log, max_impacts)
     overflows = jnp.maximum(total, rests_total) > max_impacts
     full = RESULTS.where(overflows, RESULTS.max_impacts_reached, RESULTS.successful)
@@ -188,6 +195,18 @@ def _if_asked(logged: Flag, tell: Callable[..., Impacts]) -> Callable[..., Impac
         return jax.lax.cond(logged, lambda *each: alike(tell(*each), each), nothing, *where)
 
     return told
+
+
+def _as_factors(factors: ArrayLike, dtype: np.dtype) -> Factors:
+    array = jnp.asarray(factors, dtype)
+    if array.ndim != 1:
+        raise ValueError(
+            f"Argument `factors` must be a list of numbers, one for each impact, but its shape is "
+            f"{array.shape}."
+        )
+    if not isinstance(array, Tracer) and not np.all(np.asarray(array) > 0):
+        raise ValueError("Argument `factors` must be positive.")
+    return array
 
 
 def _check_numbers(model: ImpactOscillator) -> None:

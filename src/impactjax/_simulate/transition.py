@@ -42,3 +42,11 @@ class AbstractTransition(eqx.Module):
         self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode, context: Context
     ) -> Jump:
         """State and mode after the event; smooth in the model, the time and the state."""
+
+    @abc.abstractmethod
+    def begins_impact(self, t: Scalar, y: State, mode: Mode) -> Flag:
+        """True if the event is the beginning of an impact."""
+
+    @abc.abstractmethod
+    def leaves_stop(self, t: Scalar, y: State, mode: Mode) -> Flag:
+        """True if the mass leaves a stop by the event."""

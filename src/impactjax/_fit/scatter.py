@@ -1,0 +1,211 @@
+"""Restitution that scatters from impact to impact: the fit of its size and of the mean law.
+
+The speed after impact i is that of the law times exp(s ξᵢ), with standard normal ξᵢ. Around a point
+(p, u) with uᵢ = s ξᵢ the residuals are linear in both, which is a linear mixed model. Its solution
+is the next point.
+
+Source: M. J. Lindstrom and D. M. Bates (1990), "Nonlinear mixed effects models for repeated
+measures data", Biometrics 46, 673, for the alternation of both steps.
+"""
+
+import dataclasses
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Float
+
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.mixed_model import MixedModel, OwnNoise, marginal_likelihood, mixed_model
+from impactjax._fit.scatter_found import Scatter
+from impactjax._fit.uncertainty import verdicts, within_ranges
+from impactjax._known import AnyArray, is_known, known, namespace
+from impactjax._problem.problem import Problem, padded_size
+from impactjax._simulate.impact_log import ImpactLog
+
+_ROUNDS = 4  # linearisations
+_CERTAIN = 1e8  # degrees of freedom that stand for a known variance
+_LOST = 1e-10  # relative singular value of a direction without information
+
+Vector = Float[AnyArray, " parameters"]
+Effects = Float[AnyArray, " impacts"]
+
+
+class _Around(NamedTuple):
+    """Residuals around a point: simulated minus recorded, and their derivatives."""
+
+    residuals: Float[AnyArray, " observations"]
+    jacobian: Float[AnyArray, "observations parameters"]
+    effects: Float[AnyArray, "observations impacts"]  # derivatives by the logarithms of the factors
+    impacts: ImpactLog
+
+
+def with_scatter(estimate: Estimate[Problem]) -> Estimate[Problem]:
+    """The estimate with scatter from impact to impact, from one without.
+
+    Works under `jit` and `vmap`. An estimate that did not converge is returned with no change of
+    its values.
+    """
+    own = estimate.problem
+    problem = own.padded() if is_known(own) else own
+    traced = not is_known((problem, estimate.values))
+    values = estimate.values if traced else known(estimate.values)
+    logs = namespace(values).zeros(_impacts(problem, estimate), values.dtype)
+
+    def around(values: Vector, logs: Effects) -> _Around:
+        point = _evaluated(problem, jnp.asarray(values), jnp.asarray(logs))
+        return point if traced else known(point)
+
+    point = around(values, logs)
+    for _ in range(_ROUNDS):
+        solution = _solved(problem, point, logs)
+        values, logs = _within(problem, values + solution.value), solution.effect
+        point = around(values, logs)
+    found = _found(problem, values, logs, point)
+    longer = dataclasses.replace(estimate, problem=problem, scatter=None)
+    return _estimate(longer, problem, *jax.tree.map(jnp.asarray, (found, point))).of(own)
+
+
+def _impacts(problem: Problem, estimate: Estimate[Problem]) -> int:
+    """Number of impacts that may scatter; at least those of the fitted motion."""
+    if problem.recording.observes_impacts:
+        return problem.valid.shape[-1] - 1
+    most = estimate.impacts.time.shape[-1]
+    count = estimate.impacts.count
+    return min(padded_size(int(count)), most) if is_known(count) else most
+
+
+@eqx.filter_jit
+def _evaluated(problem: Problem, values: Vector, logs: Effects) -> _Around:
+    def residuals(values: Vector, logs: Effects) -> tuple[AnyArray, tuple[AnyArray, ImpactLog]]:
+        system = dataclasses.replace(problem.system_with(values), factors=jnp.exp(logs))
+        answer = problem.simulated(system)
+        return answer.residuals, (answer.residuals, answer.impacts)
+
+    jacobians, rest = jax.jacfwd(residuals, argnums=(0, 1), has_aux=True)(values, logs)
+    return _Around(rest[0], *jacobians, rest[1])
+
+
+def _solved(problem: Problem, point: _Around, logs: Effects) -> MixedModel:
+    """The mixed model around a point, in changes of the parameters."""
+    observed = point.effects @ logs - point.residuals
+    variance = problem.variance()
+    if variance is None and not problem.recording.observes_impacts:
+        return mixed_model(*_whitened(problem, observed, point))
+    zero = namespace(observed).zeros_like(observed[0])
+    own = OwnNoise(zero, zero)
+    if variance is not None:
+        own = OwnNoise(zero + _CERTAIN, _CERTAIN * known(variance))
+    return mixed_model(observed, point.jacobian, point.effects, _count(problem, observed), own)
+
+
+def _count(problem: Problem, like: AnyArray) -> AnyArray:
+    return namespace(like).sum(known(problem.valid)).astype(like.dtype)
+
+
+@eqx.filter_jit
+def _whitened(
+    problem: Problem, observed: AnyArray, point: _Around
+) -> tuple[AnyArray, AnyArray, AnyArray, AnyArray, OwnNoise]:
+    """A recorded motion along the directions of parameters and scatter, in units of its noise.
+
+    The noise model of the problem gives the covariance of the noise along these directions, from
+    the residuals that lie in none of them.
+    """
+    both = jnp.concatenate([point.jacobian, point.effects], axis=1)
+    norms = jnp.linalg.norm(both, axis=0)
+    axes, lengths, _ = jnp.linalg.svd(both / jnp.where(norms > 0, norms, 1.0), full_matrices=False)
+    felt = lengths > _LOST * jnp.max(lengths)
+    axes = jnp.where(felt, axes, 0.0)
+    rest = observed - axes @ (axes.T @ observed)
+    count = _count(problem, observed)
+    size = jnp.sum(rest**2) / count
+    spread = problem.noise.spread(rest, count, axes)
+    kappa = jnp.trace(spread) / (jnp.sum(felt) * size)
+    freedom = jnp.maximum(count / jnp.maximum(kappa, 1.0) - jnp.sum(felt), 1.0)
+    spread = spread * count / (count - jnp.sum(felt)) + jnp.diag(jnp.where(felt, 0.0, 1.0))
+    root = jnp.linalg.cholesky(spread)
+
+    def white(columns: AnyArray) -> AnyArray:
+        return jax.scipy.linalg.solve_triangular(root, axes.T @ columns, lower=True)
+
+    columns = (white(x) for x in (observed, point.jacobian, point.effects))
+    return *columns, jnp.sum(felt).astype(count.dtype), OwnNoise(freedom, freedom)
+
+
+def _within(problem: Problem, values: Vector) -> Vector:
+    """Values clipped to their ranges."""
+    xp = namespace(values)
+    ranges = [handle.allowed for handle in problem.handles().values()]
+    inside = [1e-12 if allowed.excludes_low else 0.0 for allowed in ranges]
+    low = xp.asarray([x.low + more for x, more in zip(ranges, inside, strict=True)], values.dtype)
+    return xp.clip(values, low, xp.asarray([x.high for x in ranges], values.dtype))
+
+
+class _Found(NamedTuple):
+    """The answer of a mixed model."""
+
+    values: Vector
+    low: Vector
+    high: Vector
+    covariance: Float[AnyArray, "parameters parameters"]
+    freedom: AnyArray
+    scatter: Scatter
+    likelihood: AnyArray
+
+
+def _found(problem: Problem, values: Vector, logs: Effects, point: _Around) -> _Found:
+    solution = _solved(problem, point, logs)
+    observed = point.effects @ logs - point.residuals
+    count, variance = _count(problem, observed), problem.variance()
+    likelihood = marginal_likelihood(
+        observed,
+        point.jacobian,
+        point.effects,
+        count,
+        None if variance is None else known(variance),
+    )
+    low, high = (values + solution.quantile(level) for level in (0.025, 0.975))
+    middle, least, most = (solution.size(level) for level in (0.5, 0.025, 0.975))
+    scatter = Scatter(middle, least, most, solution.effect)
+    return _Found(values, low, high, solution.covariance, solution.freedom, scatter, likelihood)
+
+
+@eqx.filter_jit
+def _estimate(
+    estimate: Estimate[Problem], problem: Problem, found: _Found, point: _Around
+) -> Estimate[Problem]:
+    """The estimate with the values, intervals and residuals of a mixed model."""
+    residuals, p = point.residuals, len(problem.names)
+    n = _count(problem, residuals)
+    missed = problem.misfit(residuals)
+    usable = estimate.converged & (missed == 0) & jnp.all(jnp.isfinite(residuals))
+    interval = within_ranges(problem, found.low, found.high)
+    informative = jnp.any(point.jacobian != 0, axis=0)
+    infinite = jnp.diag(jnp.where(informative, 0.0, jnp.inf))
+    errors = jnp.sqrt(jnp.diagonal(found.covariance + infinite))
+    parameters = p + 1 + problem.sizes_found
+    return dataclasses.replace(
+        estimate,
+        values=found.values,
+        standard_errors=errors,
+        inflation=estimate.inflation * errors / estimate.standard_errors,
+        freedom=found.freedom,
+        memory=problem.noise.order(residuals, n),
+        low=interval.low,
+        high=interval.high,
+        covariance=found.covariance + infinite,
+        verdicts=verdicts(
+            interval.below & usable & informative, interval.above & usable & informative
+        ),
+        residuals=residuals,
+        jacobian=point.jacobian,
+        impacts=point.impacts,
+        rms=jnp.sqrt(jnp.sum(residuals**2) / n),
+        aic=2 * parameters - 2 * found.likelihood,
+        bic=jnp.log(n) * parameters - 2 * found.likelihood,
+        misfit=missed,
+        converged=estimate.converged & jnp.all(jnp.isfinite(residuals)),
+        scatter=found.scatter,
+    )

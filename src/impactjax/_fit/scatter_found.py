@@ -1,0 +1,40 @@
+"""Size of the scatter of restitution from impact to impact."""
+
+import math
+
+import equinox as eqx
+from jaxtyping import Float
+
+from impactjax._known import AnyArray, namespace
+
+_NORMAL = 1.959963984540054  # the 97.5 % quantile of the normal distribution
+
+
+class Scatter(eqx.Module):
+    """Scatter of the speed after an impact, relative to that of the law.
+
+    - `size`: standard deviation s of the logarithm of the speed, its median [1].
+    - `low`, `high`: ends of its 95 % interval; `low` is 0 if the record may have no scatter [1].
+    - `logarithms`: expected deviation of each impact, the logarithm of its factor [1].
+    """
+
+    size: Float[AnyArray, "..."]
+    low: Float[AnyArray, "..."]
+    high: Float[AnyArray, "..."]
+    logarithms: Float[AnyArray, "... impacts"]
+
+    @property
+    def single(self) -> tuple[Float[AnyArray, "..."], Float[AnyArray, "..."]]:
+        """Factors between which 95 % of single impacts lie, relative to the law [1]."""
+        reach = namespace(self.size).exp(_NORMAL * self.size)
+        return 1 / reach, reach
+
+    def __str__(self) -> str:
+        size, low, high = (100 * float(x) for x in (self.size, self.low, self.high))
+        digits = max(1 - math.floor(math.log10(high)), 0) if high > 0 else 1
+        if low == 0:
+            return f"scatter from impact to impact: less than {high:.{digits}f} %"
+        return (
+            f"scatter from impact to impact: {size:.{digits}f} % "
+            f"({low:.{digits}f} to {high:.{digits}f} %)"
+        )
