@@ -83,8 +83,9 @@ def _evaluated(problem: Problem, values: Vector, logs: Effects) -> _Around:
         answer = problem.simulated(system)
         return answer.residuals, (answer.residuals, answer.impacts)
 
-    jacobians, rest = jax.jacfwd(residuals, argnums=(0, 1), has_aux=True)(values, logs)
-    return _Around(rest[0], *jacobians, rest[1])
+    derivatives = jax.jacfwd(residuals, argnums=(0, 1), has_aux=True)
+    (jacobian, effects), (found, impacts) = derivatives(values, logs)
+    return _Around(found, jacobian, effects, impacts)
 
 
 def _solved(problem: Problem, point: _Around, logs: Effects) -> MixedModel:

@@ -1,5 +1,7 @@
 """Restitution that scatters from impact to impact: the choice in an experiment."""
 
+from typing import ClassVar
+
 import equinox as eqx
 
 from impactjax._shown import with_numbers
@@ -8,7 +10,7 @@ from impactjax._shown import with_numbers
 class AbstractScatter(eqx.Module):
     """A distribution of the speed after each impact around that of the law."""
 
-    scatters: eqx.AbstractClassVar[bool]
+    scatters: ClassVar[bool]
     """True if a fit estimates the size of the scatter."""
 
     __repr__ = with_numbers
@@ -17,7 +19,7 @@ class AbstractScatter(eqx.Module):
 class NoScatter(AbstractScatter):
     """The same restitution at every impact of one speed."""
 
-    scatters = False
+    scatters: ClassVar[bool] = False
 
 
 class NormalScatter(AbstractScatter):
@@ -25,4 +27,4 @@ class NormalScatter(AbstractScatter):
     normal ξ. A fit estimates the size s.
     """
 
-    scatters = True
+    scatters: ClassVar[bool] = True

@@ -97,9 +97,9 @@ def _factors_of_steps(
     d_factors: Factors | SymbolicZero | None,
 ) -> _Factor:
     """The factor that belongs to the end of each step, and its tangent; `None` without factors."""
-    if factors is None:
+    if factors is None or d_factors is None:
         return None
-    d_factors = jnp.zeros_like(factors) if isinstance(d_factors, SymbolicZero) else d_factors
+    d_factors = _or_zeros(d_factors, factors)
     begins = jax.vmap(automaton.begins_impact)(log.event, path.t + path.h, path.end, log.mode)
     number = jnp.cumsum(begins & log.taken, dtype=jnp.int32) - 1
     return factors_of(factors, number), factors_of(d_factors, number, beyond=0.0)
