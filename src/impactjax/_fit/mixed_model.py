@@ -31,7 +31,8 @@ from scipy import special
 from impactjax._known import AnyArray, namespace
 
 Vector = Float[AnyArray, " observations"]
-Columns = Float[AnyArray, "observations columns"]
+Jacobian = Float[AnyArray, "observations parameters"]
+Effects = Float[AnyArray, "observations effects"]
 Number = Float[AnyArray, ""]
 PerRatio = Float[AnyArray, " ratios"]
 
@@ -127,8 +128,8 @@ class MixedModel(NamedTuple):
 class _Projected(NamedTuple):
     """Observations and random effects without the part that the parameters explain."""
 
-    basis: Columns  # orthonormal basis of the parameters' columns
-    inverse: Columns  # from coordinates in that basis to parameters
+    basis: Jacobian  # orthonormal basis of the parameters' columns
+    inverse: Float[AnyArray, "parameters parameters"]  # from coordinates in that basis to parameters
     lengths: Float[AnyArray, " effects"]  # singular values of the rest of the random effects
     directions: Float[AnyArray, "effects effects"]  # their directions among the random effects
     parts: Float[AnyArray, " effects"]  # the observations along them
@@ -136,7 +137,7 @@ class _Projected(NamedTuple):
 
 
 def mixed_model(
-    observed: Vector, jacobian: Columns, effects: Columns, count: Number, own: OwnNoise
+    observed: Vector, jacobian: Jacobian, effects: Effects, count: Number, own: OwnNoise
 ) -> MixedModel:
     """The solution of z = J p + A u + e for each ratio of a grid.
 
@@ -182,7 +183,7 @@ def mixed_model(
 
 
 def marginal_likelihood(
-    observed: Vector, jacobian: Columns, effects: Columns, count: Number, variance: Number | None
+    observed: Vector, jacobian: Jacobian, effects: Effects, count: Number, variance: Number | None
 ) -> Number:
     """Maximum over p, s and σ of the log-likelihood of a linear mixed model; over p and s if the
     noise's variance is known.
@@ -200,7 +201,7 @@ def marginal_likelihood(
     return xp.max(-(determinant + squares / size) / 2)
 
 
-def _projected(observed: Vector, jacobian: Columns, effects: Columns) -> _Projected:
+def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Projected:
     xp = namespace(observed, jacobian, effects)
     norms = xp.linalg.norm(jacobian, axis=0)
     norms = xp.where(norms > 0, norms, 1.0)

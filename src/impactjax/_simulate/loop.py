@@ -210,7 +210,7 @@ def _arrive(chatter: Chatter, run: Run, lane: Lane, outcome: Outcome) -> _Arriva
     if run.factors is None:
         return _Arrival(jump, scale, lane.impacts)
     where = outcome.event, t, outcome.y, point.mode
-    impacts = lane.impacts + automaton.begins_impact(*where)
+    impacts = lane.impacts + automaton.begins_impact(*where).astype(jnp.int32)
     state = automaton.scattered(*where, jump.state, factors_of(run.factors, impacts - 1))
     return _Arrival(jump._replace(state=state), scale, impacts)
 

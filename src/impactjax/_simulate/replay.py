@@ -15,7 +15,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
-from jaxtyping import Array, PyTree
+from jaxtyping import Array, Float, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
@@ -29,6 +29,7 @@ from impactjax._simulate.varying import alike
 from impactjax._types import Code, Factors, Flag, Scalar
 
 _Factor: TypeAlias = tuple[Scalar, Scalar] | None  # factor on a speed, and its tangent
+_PerStep: TypeAlias = Float[Array, " steps"]
 _Carry: TypeAlias = tuple[Scalar, State]  # tangents of the next start: time and state
 
 
@@ -95,7 +96,7 @@ def _factors_of_steps(
     log: Log,
     factors: Factors | None,
     d_factors: Factors | SymbolicZero | None,
-) -> _Factor:
+) -> tuple[_PerStep, _PerStep] | None:
     """The factor that belongs to the end of each step, and its tangent; `None` without factors."""
     if factors is None or d_factors is None:
         return None
