@@ -265,8 +265,9 @@ def _tabulated(
 
     def interpolated(place: AnyArray) -> AnyArray:
         steps = xp.clip((place - low) / (high - low), 0.0, 1.0) * (_NODES - 1)
-        left = xp.clip(xp.floor(steps), 0, _NODES - 2).astype(np.int32)
-        return nodes[left] + (steps - left) * (nodes[left + 1] - nodes[left])
+        left = xp.clip(xp.floor(steps), 0.0, _NODES - 2.0)
+        row = left.astype(np.int32)
+        return nodes[row] + (steps - left) * (nodes[row + 1] - nodes[row])
 
     return interpolated
 
