@@ -17,6 +17,7 @@ from impactjax._problem.experiment import Experiment
 from impactjax._problem.joint_problem import JointProblem
 from impactjax._problem.prior import Normal
 from impactjax._problem.problem import Problem
+from impactjax._problem.scatter import NoScatter
 from impactjax._refusal import check_kind
 from impactjax._types import Scalar
 
@@ -41,6 +42,7 @@ def fit_together(
 
     Each recording is weighted by the variance of its noise. This is known from its sensor or
     estimated: first from a fit of that recording alone, then from its residuals in the joint fit.
+    Restitution is the same at every impact: a joint fit has no scatter from impact to impact.
     Works under `jit` and `vmap`.
 
     **Arguments:**
@@ -52,15 +54,15 @@ def fit_together(
     - `starts`, `optimiser`: for the fit of each recording alone; the joint searches start from
       these fits.
 
-    **Raises** `ValueError` as `fit` does, and for names that no experiment has or that are both
-    `shared` and `own`.
+    **Raises** `ValueError` as `fit` does, for names that no experiment has or that are both
+    `shared` and `own`, and for an experiment with `NormalScatter()`.
     """
     check_search(starts, optimiser)
     if not experiments:
         raise ValueError("There is no experiment to fit.")
     for experiment in experiments:
         check_kind("experiments", experiment, Experiment, "Experiment(model, recording, initial)")
-    problems = [build_problem(each) for each in _padded(experiments)]
+    problems = [_without_scatter(each) for each in _padded(experiments)]
     alone = [solve(problem, starts, optimiser) for problem in problems]
     names, places = _named(problems, shared, own)
     priors = _priors(experiments, problems, names, places)
@@ -79,6 +81,15 @@ def fit_together(
         lanes = jnp.broadcast_to(joint.unbounded(estimate.values), lanes.shape)
         estimate = best_from(joint, lanes, optimiser)
     return estimate
+
+
+def _without_scatter(experiment: Experiment) -> Problem:
+    if experiment.scatter is not None and experiment.scatter.scatters:
+        raise ValueError(
+            "A joint fit has no scatter from impact to impact: fit each experiment alone, or leave "
+            "out `scatter`."
+        )
+    return dataclasses.replace(build_problem(experiment), scatter=NoScatter())
 
 
 def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Problem]:
