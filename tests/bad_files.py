@@ -33,7 +33,7 @@ RECORDINGS = {
     "missing unit": Bad(b"time [s], angle\n0, 1\n", ("line 1", "`angle` has no unit", "write")),
     "unknown unit": Bad(b"time [s], angle [grad]\n0, 1\n", ("line 1", "`grad`", "use one of rad")),
     "unit of another quantity": Bad(b"time [deg], angle [deg]\n0, 1\n", ("line 1", "unit `deg`")),
-    "unknown quantity": Bad(b"time [s], force [N]\n0, 1\n", ("line 1", "`force`", "angle")),
+    "unknown quantity": Bad(b"time [s], mass [kg]\n0, 1\n", ("line 1", "`mass`", "angle")),
     "no time": Bad(b"angle [deg]\n1\n2\n", ("line 1", "no column of time", "sample_rate")),
     "only time": Bad(b"time [s]\n1\n2\n", ("line 1", "0 quantities besides time")),
     "two quantities": Bad(
