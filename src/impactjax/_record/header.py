@@ -24,10 +24,12 @@ _NAMES = {
     **dict.fromkeys(_FRAMES, FRAME),
 }
 _IN_THE_NAME = {"seconds elapsed": "s", "seconds": "s", "milliseconds": "ms"}
-_AXES = ("x", "y", "z")
+_AXES = {"x": "x", "y": "y", "z": "z", "vertical": "y", "horizontal": "x"}
 _LENGTHS_OF_VECTORS = ("absolute", "magnitude", "resultant", "norm")
 _KINEMATIC = ("linear acceleration", "user acceleration")
-_NAMELESS = re.compile(r"(?:untitled|channel|chan|ch|ai|signal|data|value|values|sensor)?")
+_NAMELESS = re.compile(  # names that a program gives to a channel
+    r"(?:(?:c?daq|dev|mod)\w*\s+)*(?:untitled|channel|chan|ch|ai|signal|data|values?|sensor)?\s*\d*"
+)
 _BY_UNIT = (  # quantities of columns that are named by an axis or a channel only
     *("displacement", "velocity", "proper acceleration", "angle", "angular velocity"),
     *("angular acceleration", "contact force"),
@@ -122,7 +124,7 @@ def _quantity(text: str, unit: str | None) -> tuple[str | None, str, str]:
     for end in (-1, 0):
         if words and not axis and words[end] in (*_AXES, *_LENGTHS_OF_VECTORS):
             axis = words.pop(end)
-    axis = MAGNITUDE if axis in _LENGTHS_OF_VECTORS else axis
+    axis = _AXES.get(axis, MAGNITUDE) if axis else ""
     short = " ".join(words)
     quantity = _NAMES.get(short)
     if quantity == "acceleration" and axis and short not in _KINEMATIC:

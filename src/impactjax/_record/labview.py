@@ -36,6 +36,7 @@ def read_labview(path: Path) -> Table:
     separator = _separator(path, lines)
     segment = _segment(path, lines, separator)
     header_line, names = segment.rows[0]
+    width = len(names)
     while names and names[-1].strip() in ("", _COMMENT):
         names.pop()
     dimension = segment.entries.get("X_Dimension", [""])
@@ -45,7 +46,7 @@ def read_labview(path: Path) -> Table:
     units = segment.entries.get("Y_Unit_Label", [])
     units = [*units, *[""] * (len(names) - len(units))]
     headers = [_header(name, unit) for name, unit in zip(names, units, strict=False)]
-    body = [(line, cells[: len(names)]) for line, cells in segment.rows[1:]]
+    body = [(line, [*cells[: len(names)], *cells[width:]]) for line, cells in segment.rows[1:]]
     rows = [(header_line, headers), *body]
     table = table_of_rows(path, rows, separator)
     if segment.next_line is not None:

@@ -78,16 +78,12 @@ def _merged(table: Table, blocks: list[Part]) -> list[Part]:
     kept = blocks[:1]
     for block in blocks[1:]:
         same = [each for each in kept if _same_clock(table, each, block)]
-        if same and _names(same[0]).isdisjoint(_names(block)):
+        if same:
             same[0].headers.update({i: block.headers[i] for i in block.values})
             same[0].values.extend(block.values)
         else:
             kept.append(block)
     return kept
-
-
-def _names(part: Part) -> set[str]:
-    return {part.headers[i].cell for i in part.values}
 
 
 def _same_clock(table: Table, left: Part, right: Part) -> bool:

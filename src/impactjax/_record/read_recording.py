@@ -71,7 +71,8 @@ def read_recording(path: str | Path, sidecar_path: str | Path | None = None) -> 
 
 def _recording(table: Table, sidecar: Sidecar) -> tuple[AbstractRecording, list[str]]:
     read = sidecar.read
-    heard_of = bounces(table) if read.column is None else None
+    whole = read.column is None and read.part in (None, table.part)
+    heard_of = bounces(table) if whole else None
     if heard_of is not None:
         times, said = heard_of
         recording, notes = _impact_times(table.path, times, sidecar)

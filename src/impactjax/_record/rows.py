@@ -73,11 +73,14 @@ def table_of_rows(path: Path, rows: Rows, separator: str, part: str = "") -> Tab
 
 
 def _end(body: Rows) -> int:
-    """The number of rows before text that ends the table: no row of numbers may follow it."""
+    """The number of rows before text that ends the table: no row of numbers may follow it, and it
+    has no numbers itself unless a blank line is before it.
+    """
     end = len(body)
     while end > 1 and _is_text(body[end - 1][1]):
         end -= 1
-    return end
+    apart = end < len(body) and body[end][0] > body[end - 1][0] + 1
+    return end if apart or not any(has_number(cells) for _, cells in body[end:]) else len(body)
 
 
 def _is_text(cells: Sequence[str]) -> bool:

@@ -13,7 +13,8 @@ from impactjax._record.sheets import read_sheets
 from impactjax._record.sidecar import ReadTable
 from impactjax._record.table import Table
 from impactjax._record.text_table import read_text_table
-from impactjax._record.waveforms import read_tdms, read_uff
+from impactjax._record.uff import read_uff
+from impactjax._record.waveforms import read_tdms
 
 _WAVEFORMS: dict[str, Callable[[Path], Table]] = {
     ".tdms": read_tdms,
@@ -62,8 +63,11 @@ def _longest(path: Path, found: list[Table | FileError], read: ReadTable, noun: 
     sizes = [_samples(each, read) for each in tables]
     usable = [each for each, size in zip(tables, sizes, strict=True) if size]
     if not usable:
+        names = ", ".join(table.part for table in tables)
+        if read.part is not None:
+            problem = f"there is no part `{read.part}`"
+            raise FileError(path, None, problem, f"the {noun} are: {names}")
         if tables and len(found) > 1:
-            names = ", ".join(table.part for table in tables)
             problem = f"none of its {noun} {names} has a header with a clock and a known quantity"
             raise FileError(path, None, problem, "choose one by `part` under [read] in a sidecar")
         first = found[0]
@@ -84,7 +88,7 @@ def _longest(path: Path, found: list[Table | FileError], read: ReadTable, noun: 
 def _samples(table: Table, read: ReadTable) -> int:
     """The number of samples or bounces in a table; 0 if it cannot be read."""
     try:
-        heard = bounces(table)
+        heard = bounces(table) if read.part in (None, table.part) else None
         return len(heard[0]) if heard is not None else samples_of(table, read)
     except FileError:
         return 0

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from impactjax._record.header import Header, read_header
 from impactjax._record.table import Table
-from impactjax._sensor.quantity import QUANTITIES
+from impactjax._sensor.quantity import QUANTITIES, TIME
 
 _AXES = ("x", "y", "z")
 _LOGGER_CLOCK = "seconds elapsed"
@@ -21,18 +21,19 @@ def read_headers(table: Table) -> tuple[list[Header], list[str]]:
     """The headers of a table, with the units that its program leaves out; and sentences on them."""
     headers = [read_header(cell) for cell in table.header or ()]
     bare = [i for i, each in enumerate(headers) if each.unit is None and each.name in _AXES]
-    clocks = {each.name: i for i, each in enumerate(headers) if each.quantity == "time"}
+    clocks = [i for i, each in enumerate(headers) if each.quantity == TIME]
+    names = {headers[i].name for i in clocks}
     if not bare or table.lines is None:
         return headers, []
-    if _LOGGER_CLOCK in clocks:
+    if _LOGGER_CLOCK in names:
         quantity = _logged(table.part or table.path.stem)
         if quantity is None:
             return headers, []
         unit = QUANTITIES[quantity].unit
         said = f"as {quantity} in {unit}, the usual meaning in a file of this name"
-    elif "t" in clocks and all(headers[i].unit is None for i in clocks.values()):
+    elif names == {"t"} and all(headers[i].unit is None for i in clocks):
         quantity, unit = "displacement", "m"
-        for i in clocks.values():
+        for i in clocks:
             headers[i] = headers[i]._replace(unit="s")
         said = "as displacement in m, and time in s"
     else:
