@@ -6,6 +6,7 @@ from pathlib import Path
 from impactjax._record.file_error import FileError
 from impactjax._record.needed import DAMAGE, unreadable_as
 from impactjax._record.table import Table
+from impactjax._record.text import decoded
 from impactjax._record.text_table import table_of_lines
 
 _TEXTS = (".csv", ".txt", ".tsv", ".dat")
@@ -46,11 +47,9 @@ def read_archive(path: Path, skip_rows: int) -> list[Table | FileError]:
     for name, content in texts.items():
         place, part = Path(f"{path}/{name}"), Path(name).stem
         try:
-            lines = content.decode("utf-8-sig").splitlines()
-            found.append(table_of_lines(place, lines, skip_rows, part))
-        except UnicodeDecodeError:
-            remedy = "save it with UTF-8 encoding"
-            found.append(FileError(place, None, "it is not UTF-8 text", remedy))
+            text, notes = decoded(place, content)
+            table = table_of_lines(place, text.splitlines(), skip_rows, part)
+            found.append(table._replace(notes=(*notes, *table.notes)))
         except FileError as error:
             found.append(error)
     return found

@@ -119,7 +119,7 @@ def _quantity(text: str, unit: str | None) -> tuple[str | None, str, str]:
     name = " ".join(re.sub(r"[_\-–{}()$\\/,]", " ", text).lower().split())
     if name in _NAMES:
         return _NAMES[name], name, ""
-    words = re.sub(r"\b(?:ch(?:annel)?\s+p?\d+|\d+)$", "", name).split()
+    words = re.sub(r"\b(?:ch(?:annel)?\s+\w{1,2}(?:\s*[+&]\s*\w{1,2})?|\d+)$", "", name).split()
     axis = ""
     for end in (-1, 0):
         if words and not axis and words[end] in (*_AXES, *_LENGTHS_OF_VECTORS):

@@ -8,7 +8,7 @@ import numpy as np
 from impactjax._record.file_error import FileError
 from impactjax._record.rows import Rows, table_of_rows
 from impactjax._record.table import Table, number
-from impactjax._record.text import read_text
+from impactjax._record.text import read_any_text
 
 FIRST_LINE = "LabVIEW Measurement"
 _END = "***End_of_Header***"
@@ -32,7 +32,8 @@ def read_labview(path: Path) -> Table:
     Its clock is in the column `X_Value` left of each channel, or only at the very left, or follows
     from `X0` and `Delta_X`.
     """
-    lines = read_text(path).splitlines()
+    text, notes = read_any_text(path)
+    lines = text.splitlines()
     separator = _separator(path, lines)
     segment = _segment(path, lines, separator)
     header_line, names = segment.rows[0]
@@ -51,8 +52,8 @@ def read_labview(path: Path) -> Table:
     table = table_of_rows(path, rows, separator)
     if segment.next_line is not None:
         said = f"The file has several segments; the first is used, up to line {segment.next_line}."
-        table = table._replace(notes=(*table.notes, said))
-    return _with_clock(table, segment.entries)
+        notes = (*notes, said)
+    return _with_clock(table, segment.entries)._replace(notes=(*notes, *table.notes))
 
 
 def _separator(path: Path, lines: list[str]) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from impactjax._record.file_error import FileError
 from impactjax._record.rows import SEARCHED, Rows, begin_of_header, names_something, table_of_rows
 from impactjax._record.table import Table, number
-from impactjax._record.text import read_text
+from impactjax._record.text import read_any_text
 
 _BLANK = " "  # any number of blanks between columns
 _COMMENT = re.compile(r"\s*(?:#|%|//|!)+")
@@ -22,7 +22,9 @@ def read_text_table(path: Path, skip_rows: int) -> Table:
     """The table in a text file, without blank lines, comments, and text above and below it. Raises
     `FileError`.
     """
-    return table_of_lines(path, read_text(path).splitlines(), skip_rows)
+    text, notes = read_any_text(path)
+    table = table_of_lines(path, text.splitlines(), skip_rows)
+    return table._replace(notes=(*notes, *table.notes))
 
 
 def table_of_lines(path: Path, lines: list[str], skip_rows: int = 0, part: str = "") -> Table:

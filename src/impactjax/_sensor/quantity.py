@@ -74,7 +74,17 @@ class Displacement(AbstractPlace):
 
     name: ClassVar[str] = "displacement"
     synonyms: ClassVar[tuple[str, ...]] = (
-        *("position", "height", "distance", "elevation", "deflection", "elongation", "travel"),
+        *(
+            "position",
+            "height",
+            "h",
+            "s",
+            "distance",
+            "elevation",
+            "deflection",
+            "elongation",
+            "travel",
+        ),
         *("weg", "ort", "höhe", "auslenkung", "hauteur", "posición", "posizione"),
     )
     units: ClassVar[dict[str, float]] = LENGTHS
@@ -96,7 +106,7 @@ class Acceleration(AbstractAcceleration):
     """The acceleration of a mass on a line, as seen from outside."""
 
     name: ClassVar[str] = "acceleration"
-    synonyms: ClassVar[tuple[str, ...]] = ("linear acceleration", "user acceleration")
+    synonyms: ClassVar[tuple[str, ...]] = ("a", "linear acceleration", "user acceleration")
     units: ClassVar[dict[str, float]] = ACCELERATIONS
     shown: ClassVar[str] = "m/s²"
     of_angle: ClassVar[bool | None] = False
@@ -136,7 +146,7 @@ class ContactForce(AbstractDifferenced):
 
     name: ClassVar[str] = "contact force"
     synonyms: ClassVar[tuple[str, ...]] = (
-        *("force", "impact force", "normal force", "load", "kraft"),
+        *("force", "f", "fz", "impact force", "normal force", "load", "kraft"),
     )
     units: ClassVar[dict[str, float]] = FORCES
     shown: ClassVar[str] = "N"
