@@ -30,7 +30,7 @@ _SINCE_1970 = 1e9  # [s], later times count from 1970
 class RecordingFile(NamedTuple):
     """A recording from a file, with its sidecar.
 
-    - `notes`: sentences on samples left out, filled in or averaged.
+    - `notes`: sentences on columns chosen, and on samples left out, filled in or averaged.
     """
 
     path: Path
@@ -43,11 +43,12 @@ class RecordingFile(NamedTuple):
 def read_recording(path: str | Path, sidecar_path: str | Path | None = None) -> RecordingFile:
     """A recording from a file, and its sidecar if there is one.
 
-    The file may be text (commas, semicolons, tabs or blanks between columns), NumPy, MATLAB, HDF5
-    or NetCDF. Its header gives quantity and unit of the columns, `time [s], angle [deg]`, or of a
-    list of impact times, `impact time [s]`; otherwise the sidecar describes them. In a WAV file the
-    onsets are impact times. Empty, clipped and missed observations are not valid, and are mentioned
-    in `notes`.
+    The file may be text (commas, semicolons, tabs or blanks between columns), NumPy, MATLAB, HDF5,
+    NetCDF, a spreadsheet, TDMS, LVM, UFF 58, or a zip archive of texts. Its header gives quantity
+    and unit of the columns, `time [s], angle [deg]`, or of a list of impact times, `impact time
+    [s]`, by these or other usual names; otherwise the sidecar describes them. In a WAV file the
+    onsets are impact times. Of several columns, runs or sheets one is chosen by a rule. Empty,
+    clipped and missed observations are not valid. The choice and they are mentioned in `notes`.
 
     **Arguments:**
 
