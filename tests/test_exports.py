@@ -235,6 +235,18 @@ def test_there_are_enough_damaged_exports():
     assert len(DAMAGED) >= 60
 
 
+def test_cut_waveforms_are_refused_without_another_word(tmp_path, capfd):
+    path = tmp_path / "a.tdms"
+    BINARIES["TDMS"][1](path)
+    whole = path.read_bytes()
+    for end in (20, 60, len(whole) // 2, len(whole) - 4):
+        path.write_bytes(whole[:end])
+        with pytest.raises(ij.io.FileError) as caught:
+            ij.io.read_recording(path)
+        assert_one_sentence(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_frames_without_a_rate_are_refused(tmp_path):
     path = write(TEXTS["frames"]._replace(sidecar=None), tmp_path)
     with pytest.raises(ij.io.FileError, match="counts frames; add `frame_rate`"):

@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from impactjax._record.header import read_header
 from impactjax._record.needed import DAMAGE, needed, unreadable_as
 from impactjax._record.table import Table
 from impactjax._sensor.quantity import TIME
+
+_SILENT = 100  # above every level of a message
 
 
 class Waveform(NamedTuple):
@@ -29,24 +31,38 @@ def read_tdms(path: Path) -> Table:
     that of the channel of time in its group.
     """
     nptdms = needed(path, "nptdms", "npTDMS")
-    found: list[Waveform] = []
+    log = needed(path, "nptdms.log", "npTDMS").log_manager
+    level = log.log_level
+    log.set_level(_SILENT)  # what is wrong with a file is said once
     try:
-        groups = [each for each in nptdms.TdmsFile.read(path).groups() if each.channels()]
-        for group in groups:
-            before = f"{group.name}: " if len(groups) > 1 else ""
-            for channel in group.channels():
-                values = np.asarray(channel[:])
-                if values.dtype.kind not in "biuf" or not values.size:
-                    continue
-                unit = str(channel.properties.get("unit_string", "")).strip()
-                header = f"{before}{channel.name}" + (f" [{unit}]" if unit else "")
-                step = float(channel.properties.get("wf_increment", 0) or 0)
-                start = float(channel.properties.get("wf_start_offset", 0) or 0)
-                times = start + step * np.arange(len(values)) if step > 0 else None
-                found.append(Waveform(header, times, values.astype(float)))
+        file = nptdms.TdmsFile.read(path)
+        is_cut = file.file_status.incomplete_final_segment
+        groups = {each.name: each.channels() for each in file.groups() if each.channels()}
+        found = [
+            waveform
+            for name, channels in groups.items()
+            for channel in channels
+            if (waveform := _channel(channel, f"{name}: " if len(groups) > 1 else "")) is not None
+        ]
     except (*DAMAGE, struct.error) as error:
         raise unreadable_as(path, "a TDMS file") from error
+    finally:
+        log.set_level(level)
+    if is_cut:
+        raise FileError(path, None, "its last segment is incomplete", "save it anew")
     return table_of_waveforms(path, found)
+
+
+def _channel(channel: Any, before: str) -> Waveform | None:  # noqa: ANN401  of npTDMS
+    values, properties = np.asarray(channel[:]), channel.properties
+    if values.dtype.kind not in "biuf" or not values.size:
+        return None
+    unit = str(properties.get("unit_string", "")).strip()
+    header = f"{before}{channel.name}" + (f" [{unit}]" if unit else "")
+    step = float(properties.get("wf_increment", 0) or 0)
+    start = float(properties.get("wf_start_offset", 0) or 0)
+    times = start + step * np.arange(len(values)) if step > 0 else None
+    return Waveform(header, times, values.astype(float))
 
 
 def table_of_waveforms(path: Path, found: Sequence[Waveform]) -> Table:
