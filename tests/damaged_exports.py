@@ -145,6 +145,7 @@ OTHERS: dict[str, Damaged] = {
     "sheet with a word": ("a.xlsx", book([*ROWS, ["oops", 1]]), "`oops` is not a number"),
     "sheet with a date": ("a.xlsx", book([*ROWS, [TS[0], 1]]), "time does not increase"),
     "old sheet": ("a.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + NOISE, "before 2007"),
+    "old sheet of noise": ("a.xls", NOISE, "not UTF-8 text"),
     "TDMS of noise": ("a.tdms", NOISE, "not a TDMS file"),
     "TDMS empty": ("a.tdms", b"", "no list of numbers|not a TDMS"),
     "UFF of noise": ("a.uff", NOISE, "not a UFF file|no list of numbers"),

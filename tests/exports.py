@@ -248,7 +248,9 @@ TEXTS = {
     "row of units": height("a.csv", table_of("Time,Height\ns,mm", 1e3 * HEIGHTS)),
     "slashes": height("a.txt", table_of("t / s\ty / mm", 1e3 * HEIGHTS, separator="\t")),
     "underscores": height("a.csv", table_of("time_ms,height_mm", 1e3 * HEIGHTS, 1e3 * TS)),
-    "since 1970": height("a.csv", table_of("timestamp,z [cm]", 1e2 * HEIGHTS, 1.7e12 + 1e3 * TS)),
+    "since 1970": height(
+        "a.csv", table_of("timestamp,z [cm]", 1e2 * HEIGHTS, 1.7e12 + 1e3 * TS), "from a date"
+    ),
     "frames": height("a.csv", FRAMES, sidecar="[read]\nframe_rate = 100\n")._replace(ts=TS + 0.07),
 }
 SYNONYMS = {

@@ -106,6 +106,7 @@ def uff(*sets, binary=0):
     return save
 
 
+DATES = np.datetime64("2026-11-25T10:00:00", "us") + np.arange(len(TS)) * np.timedelta64(10, "ms")
 TITLE = [["Laboratory"], ["room", 7], []]
 PHONE = ["Time (s)", *(f"Acceleration {axis} (m/s^2)" for axis in "xyz")]
 POSITION = rows(["Time (s)", "Position (mm)"], TS, 1e3 * HEIGHTS)
@@ -144,6 +145,13 @@ BINARIES = {
         "displacement",
         HEIGHTS,
         ("`ai0 [m]` is read as displacement",),
+    ),
+    "TDMS with dates": (
+        "a.tdms",
+        tdms(("L", "Time", DATES, {}), ("L", "Height", HEIGHTS, {"unit_string": "m"})),
+        "displacement",
+        HEIGHTS,
+        (),
     ),
     "TDMS with groups": (
         "a.tdms",

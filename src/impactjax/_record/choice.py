@@ -5,7 +5,7 @@ import numpy as np
 from impactjax._record.header import MAGNITUDE, Header
 from impactjax._record.parts import Part
 from impactjax._record.table import USUAL_HEADER, Table, numbers_and_gaps
-from impactjax._sensor.quantity import IMPACT_TIME, TIME, observables, units_of
+from impactjax._sensor.quantity import IMPACT_TIME, QUANTITIES, TIME, observables, units_of
 
 _RANKS = (  # a coordinate shows more than its rates, and motion more than force
     ("angle", "displacement"),
@@ -59,8 +59,10 @@ def factor_of(table: Table, header: Header) -> float:
         known = ", ".join([TIME, *observables()])
         raise table.wrong_header(f"unknown quantity `{header.name}`", f"use one of {known}")
     if header.factor is None:
-        known = ", ".join(units_of(header.quantity))
-        raise table.wrong_header(f"unknown unit `{header.unit}`", f"use one of {known}")
+        remedy = f"use one of {', '.join(units_of(header.quantity))}"
+        if header.quantity in QUANTITIES:
+            remedy += ", or describe the column under [read], with its `gain` under [sensor]"
+        raise table.wrong_header(f"unknown unit `{header.unit}`", remedy)
     return header.factor
 
 

@@ -24,7 +24,7 @@ from impactjax._sensor.abstract_quantity import AbstractQuantity
 from impactjax._sensor.quantity import IMPACT_TIME, QUANTITIES
 
 _MANY = 4  # most times to list individually
-_SINCE_1970 = 1e9  # [s], later times count from 1970
+_SINCE_A_DATE = 1e9  # [s], later times count from 1904, 1970 or another date
 
 
 class RecordingFile(NamedTuple):
@@ -103,10 +103,11 @@ def _recording(table: Table, sidecar: Sidecar) -> tuple[AbstractRecording, list[
 
 
 def _from_zero(ticks: np.ndarray, factor: float) -> tuple[np.ndarray, list[str]]:
-    """Times [s]; those of a clock that counts from 1970 begin at zero, with a sentence on it."""
-    if ticks[0] * factor < _SINCE_1970:
+    """Times [s]; those of a clock that counts from a date begin at zero, with a sentence on it."""
+    if ticks[0] * factor < _SINCE_A_DATE:
         return ticks * factor, []
-    return (ticks - ticks[0]) * factor, ["The clock counts from 1970; the first sample is at 0 s."]
+    said = "The clock counts from a date; the first sample is at 0 s."
+    return (ticks - ticks[0]) * factor, [said]
 
 
 def _impact_times(path: Path, times: np.ndarray, sidecar: Sidecar) -> tuple[ImpactTimes, list[str]]:

@@ -22,7 +22,7 @@ _WAVEFORMS: dict[str, Callable[[Path], Table]] = {
     ".unv": read_uff,
 }
 _OLD_BOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # of Excel before 2007
-_BOOKS = (".xlsx", ".xlsm", ".xls")
+_BOOKS = (".xlsx", ".xlsm")
 
 
 def read_table(path: Path, read: ReadTable) -> Table:

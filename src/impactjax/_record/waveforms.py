@@ -55,9 +55,11 @@ def read_tdms(path: Path) -> Table:
 
 def _channel(channel: Any, before: str) -> Waveform | None:  # noqa: ANN401  of npTDMS
     values, properties = np.asarray(channel[:]), channel.properties
+    unit = str(properties.get("unit_string", "")).strip()
+    if values.dtype.kind == "M" and values.size:
+        values, unit = (values - values[0]) / np.timedelta64(1, "s"), "s"
     if values.dtype.kind not in "biuf" or not values.size:
         return None
-    unit = str(properties.get("unit_string", "")).strip()
     header = f"{before}{channel.name}" + (f" [{unit}]" if unit else "")
     step = float(properties.get("wf_increment", 0) or 0)
     start = float(properties.get("wf_start_offset", 0) or 0)
