@@ -138,6 +138,7 @@ OTHERS: dict[str, Damaged] = {
     "gravity of a phone": ("Gravity.csv", TEXTS["Sensor Logger"].content, "quantities besides"),
     "constant": ("a.csv", b"Time (s),Height (m)\n0,1\n1,1\n2,1\n", "the same in every row"),
     "clock stops": replaced("since 1970", "1.7000000003", "1.7000000002", "not increase|is not"),
+    "clock overflows": replaced("Tracker", "\n0.3\t", "\n3e200\t", "time is 3e.200 s"),
     "sheet cut": ("a.xlsx", book(ROWS, 3000), "not a spreadsheet"),
     "sheet of noise": ("a.xlsx", NOISE, "not a spreadsheet"),
     "sheet empty": ("a.xlsx", book([]), "empty"),

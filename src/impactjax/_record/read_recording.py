@@ -24,6 +24,7 @@ from impactjax._sensor.abstract_quantity import AbstractQuantity
 from impactjax._sensor.quantity import IMPACT_TIME, QUANTITIES
 
 _MANY = 4  # most times to list individually
+_FARTHEST = 1e15  # [s], later times are no times
 _SINCE_A_DATE = 1e9  # [s], later times count from 1904, 1970 or another date
 
 
@@ -172,6 +173,11 @@ def _listed(times: np.ndarray) -> str:
 
 
 def _check_increasing(table: Table, ts: np.ndarray) -> None:
+    far = np.flatnonzero(np.abs(ts) > _FARTHEST)
+    if far.size:
+        i = int(far[0])
+        remedy = "correct the clock or its unit"
+        raise FileError(table.path, table.line(i), f"time is {ts[i]:g} s", remedy)
     wrong = np.flatnonzero(np.diff(ts) <= 0)
     if wrong.size:
         i = int(wrong[0]) + 1
