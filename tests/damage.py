@@ -102,6 +102,8 @@ READ = {
         sidecar=beside("[read]\nskip_rows = 2\n"),
     ),
     "NumPy": Damage(ARRAYS, name="record.npz"),
+    "UTF-16": Damage(RECORDING.read_text().encode("utf-16")),
+    "Windows-1252": Damage(RECORDING.read_text().replace("deg", "°").encode("cp1252")),
 }
 
 WRONG_CLOCK, WRONG_CELL = "time does not increase", "is not"
@@ -138,7 +140,6 @@ REFUSED = {
     "binary rubbish": Damage(NOISE, "UTF-8"),
     "rubbish in the middle": Damage(table(ROWS[:9]) + NOISE, "UTF-8"),
     "NUL bytes": Damage(table([*ROWS[:9], "\0\0\0"]), ""),
-    "UTF-16": Damage(RECORDING.read_text().encode("utf-16"), "UTF-8"),
     "a zip file": Damage(ARRAYS, "UTF-8"),
     "a page": Damage(b"<!DOCTYPE html><html><body>404</body></html>", ""),
     "NumPy cut": Damage(ARRAYS[:3000], "not a NumPy file", name="record.npz"),

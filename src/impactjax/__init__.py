@@ -90,11 +90,11 @@ from impactjax._record.abstract_recording import AbstractRecording as AbstractRe
 from impactjax._record.impact_times import ImpactTimes as ImpactTimes
 from impactjax._record.recording import Recording as Recording
 from impactjax._results import RESULTS as RESULTS
+from impactjax._sensor.abstract_quantity import AbstractQuantity as AbstractQuantity
 from impactjax._sensor.impulse_response import ImpulseResponse as ImpulseResponse
 from impactjax._sensor.low_pass import AbstractLowPass as AbstractLowPass
 from impactjax._sensor.low_pass import Butterworth as Butterworth
 from impactjax._sensor.quantity import QUANTITIES as QUANTITIES
-from impactjax._sensor.quantity import AbstractQuantity as AbstractQuantity
 from impactjax._sensor.quantity import Acceleration as Acceleration
 from impactjax._sensor.quantity import Angle as Angle
 from impactjax._sensor.quantity import AngularAcceleration as AngularAcceleration

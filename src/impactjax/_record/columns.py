@@ -1,12 +1,17 @@
 """Columns of a table that hold the time and the observed quantity."""
 
-import re
-from collections.abc import Sequence
 from typing import NamedTuple
 
+from impactjax._record.choice import factor_of, preferred
+from impactjax._record.header import read_header
+from impactjax._record.parts import Part, longest, parts, samples
 from impactjax._record.sidecar import ReadTable
-from impactjax._record.table import USUAL_HEADER, Table
-from impactjax._sensor.quantity import IMPACT_TIME, TIME, observables, units_of
+from impactjax._record.table import USUAL_HEADER, Table, number
+from impactjax._record.unitless import read_headers
+from impactjax._sensor.quantity import IMPACT_TIME, TIME, units_of
+
+_SINCE_1970 = (1e9, 2e9)  # [s], from 2001 to 2033
+_TICKS = (1.0, 1e-3, 1e-6, 1e-9)  # [s], of clocks that count from 1970
 
 
 class Column(NamedTuple):
@@ -17,66 +22,137 @@ class Column(NamedTuple):
     factor: float
 
 
-def columns(table: Table, read: ReadTable) -> tuple[Column | None, Column]:
-    """The column of time, if there is one, and that of the observed quantity.
+class Columns(NamedTuple):
+    """The columns to read.
 
-    Raises `FileError`.
+    - `time`: column of time; `None` if there is none.
+    - `observed`: column of the observed quantity.
+    - `notes`: sentences on how they were chosen, and on those that are not used.
     """
-    observed = _observed(table, read)
-    return None if observed.quantity == IMPACT_TIME else _time(table, read), observed
+
+    time: Column | None
+    observed: Column
+    notes: list[str]
 
 
-def unused(table: Table, used: Sequence[Column | None]) -> list[str]:
-    """The headers of the columns that are not used."""
-    positions = {column.position for column in used if column is not None}
-    return [cell for i, cell in enumerate(table.header or ()) if i not in positions]
-
-
-def _observed(table: Table, read: ReadTable) -> Column:
+def columns(table: Table, read: ReadTable) -> Columns:
+    """The columns of time, if there is one, and of the observed quantity. Raises `FileError`."""
+    notes: list[str] = []
+    part = _part(table, read, notes)
+    observed = _observed(table, part, read, notes)
+    time = None if observed.quantity == IMPACT_TIME else _time(table, part, read)
     if read.column is not None:
-        chosen = _chosen(table, read.column, read.quantity, read.unit)
+        return Columns(time, observed, [])
+    used = {column.position for column in (time, observed) if column is not None}
+    left = [f"`{cell}`" for i, cell in enumerate(table.header or ()) if i not in used and cell]
+    if left:
+        notes.append(f"Of the file, {', '.join(left)} is not used.")
+    return Columns(time, observed, notes)
+
+
+def samples_of(table: Table, read: ReadTable) -> int:
+    """The number of samples of an observed quantity. Raises `FileError` like `columns`."""
+    part = _part(table, read, [])
+    if part is None:
+        return 0
+    _time(table, part, read)
+    return samples(table, part)
+
+
+def _part(table: Table, read: ReadTable, notes: list[str]) -> Part | None:
+    """The run of the chosen column or name, or the longest; `None` without a header."""
+    if table.header is None:
+        return None
+    headers, said = read_headers(table)
+    found = parts(table, headers)
+    notes.extend(said)
+    if read.column is not None:
+        position = _position(table, read.column)
+        return next(part for part in found if position in part.headers)
+    names = [part.name for part in found]
+    if read.part is not None and read.part != table.part:
+        if read.part not in names:
+            problem = f"there is no part `{read.part}`"
+            raise table.wrong_header(problem, f"the parts are: {', '.join(names)}")
+        return found[names.index(read.part)]
+    complete = [part for part in found if part.known and (part.clocks or read.sample_rate)]
+    if len(complete) < 2:
+        return (complete or found)[0]
+    chosen = longest(table, complete)
+    notes.append(
+        f"Of the parts {', '.join(part.name for part in complete)} the longest is used, or the "
+        f"first of the longest: {chosen.name}; `part` under [read] in a sidecar chooses another."
+    )
+    return chosen
+
+
+def _observed(table: Table, part: Part | None, read: ReadTable, notes: list[str]) -> Column:
+    if read.column is not None:
+        chosen = _chosen(table, part, read.column, read.quantity, read.unit)
         if chosen.quantity == TIME:
             raise table.wrong_header(
                 f"column {chosen.position + 1} is the time", "choose another `column` under [read]"
             )
         return chosen
-    if table.header is None:
+    if part is None:
         raise table.wrong_header(
             "there is no header",
             f"add {USUAL_HEADER}, or describe the file under [read] in a sidecar",
         )
-    names = [_name(cell) for cell in table.header]
-    if IMPACT_TIME in names:  # then other columns describe the impacts
-        return _parsed(table, names.index(IMPACT_TIME))
-    others = [i for i, name in enumerate(names) if name != TIME]
-    known = [i for i in others if units_of(names[i])]
-    if len(known or others) != 1:
-        raise table.wrong_header(
-            f"the header names {len(known or others)} quantities besides time",
-            "choose one by `column` under [read] in a sidecar, or keep one column",
-        )
-    return _parsed(table, (known or others)[0])
+    return _described(table, part, preferred(table, part, notes))
 
 
-def _time(table: Table, read: ReadTable) -> Column | None:
+def _time(table: Table, part: Part | None, read: ReadTable) -> Column | None:
     if read.time_column is not None:
-        chosen = _chosen(table, read.time_column, read.time_unit and TIME, read.time_unit)
+        if read.frame_rate is not None and read.time_unit is None:
+            return Column(_position(table, read.time_column), TIME, 1 / read.frame_rate)
+        chosen = _chosen(table, part, read.time_column, read.time_unit and TIME, read.time_unit)
         if chosen.quantity != TIME:
             raise table.wrong_header(
                 f"column {chosen.position + 1} is not the time", "choose another `time_column`"
             )
         return chosen
-    names = [_name(cell) for cell in table.header or ()]
-    if TIME in names:
-        return _parsed(table, names.index(TIME))
+    clocks = [] if part is None else part.clocks
+    times = [i for i in clocks if part is not None and part.headers[i].quantity == TIME]
+    if part is not None and times:
+        return _clock(table, part, times)
+    if clocks and read.frame_rate is not None:
+        return Column(clocks[0], TIME, 1 / read.frame_rate)
     if read.sample_rate is not None:
         return None
+    if clocks and part is not None:
+        problem = f"its clock `{part.headers[clocks[0]].cell}` counts frames"
+        raise table.wrong_header(problem, "add `frame_rate` [Hz] under [read] in a sidecar")
     raise table.wrong_header(
         "there is no column of time", "add one, or `sample_rate` under [read] in a sidecar"
     )
 
 
-def _chosen(table: Table, column: int | str, quantity: str | None, unit: str | None) -> Column:
+def _clock(table: Table, part: Part, times: list[int]) -> Column:
+    """The first clock with a unit, or one that counts from 1970."""
+    for i in times:
+        if part.headers[i].factor is not None:
+            return _described(table, part, i)
+    for i in times:
+        first = table.columns[i][0] if part.headers[i].unit is None else None
+        value = number(first, table.decimal_comma) if isinstance(first, str) else first
+        for tick in _TICKS:
+            if value is not None and _SINCE_1970[0] < value * tick < _SINCE_1970[1]:
+                return Column(i, TIME, tick)
+    return _described(table, part, times[0])
+
+
+def _described(table: Table, part: Part, position: int) -> Column:
+    """A column that its header describes."""
+    header = part.headers[position]
+    factor = factor_of(table, header)
+    assert header.quantity is not None
+    return Column(position, header.quantity, factor)
+
+
+def _chosen(
+    table: Table, part: Part | None, column: int | str, quantity: str | None, unit: str | None
+) -> Column:
     """A column chosen by the sidecar. Quantity and unit come from its header, unless the sidecar
     states them.
     """
@@ -88,7 +164,14 @@ def _chosen(table: Table, column: int | str, quantity: str | None, unit: str | N
             f"no header says what column {position + 1} holds",
             "say it under [read] in the sidecar, with its unit",
         )
-    return _parsed(table, position)
+    header = read_header(table.header[position])
+    if part is not None and position in part.headers:
+        header = part.headers[position]
+    if quantity is not None:  # with the unit of the header
+        header = header._replace(quantity=quantity)
+    factor = factor_of(table, header)
+    assert header.quantity is not None
+    return Column(position, header.quantity, factor)
 
 
 def _position(table: Table, column: int | str) -> int:
@@ -105,25 +188,3 @@ def _position(table: Table, column: int | str) -> int:
         raise table.wrong_header(f"there is no column `{column}`", f"the columns are: {names}")
     assert table.header is not None
     return table.header.index(column)
-
-
-def _name(cell: str) -> str:
-    """The quantity in a header."""
-    return re.split(r"[\[(]", cell, maxsplit=1)[0].strip().lower()
-
-
-def _parsed(table: Table, position: int) -> Column:
-    """A column from its header, `quantity [unit]` or `quantity (unit)`."""
-    assert table.header is not None
-    cell = table.header[position]
-    match = re.fullmatch(r"[^\[(]+[\[(]([^\[\]()]+)[\])]", cell)
-    if match is None:
-        raise table.wrong_header(f"column `{cell}` has no unit", f"write {USUAL_HEADER}")
-    name, unit = _name(cell), match[1].strip()
-    for kind, word, known in (
-        ("quantity", name, [TIME, *observables()]),
-        ("unit", unit, units_of(name)),
-    ):
-        if word not in known:
-            raise table.wrong_header(f"unknown {kind} `{word}`", f"use one of {', '.join(known)}")
-    return Column(position, name, units_of(name)[unit])

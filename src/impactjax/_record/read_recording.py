@@ -7,10 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from impactjax._record.abstract_recording import AbstractRecording
-from impactjax._record.array_table import ARRAY_SUFFIXES, read_array_table
 from impactjax._record.averaging import MOST, averaged, blurs, group_size
+from impactjax._record.bounces import bounces
 from impactjax._record.clipping import clipped
-from impactjax._record.columns import columns, unused
+from impactjax._record.columns import columns
 from impactjax._record.file_error import FileError
 from impactjax._record.impact_times import ImpactTimes
 from impactjax._record.missed_impacts import heard
@@ -19,20 +19,19 @@ from impactjax._record.outliers import spikes
 from impactjax._record.recording import Recording
 from impactjax._record.sidecar import Sidecar, read_sidecar
 from impactjax._record.table import Table, numbers, numbers_and_gaps
-from impactjax._record.text_table import read_text_table
-from impactjax._sensor.quantity import (
-    IMPACT_TIME,
-    QUANTITIES,
-    AbstractQuantity,
-)
+from impactjax._record.tables import read_table
+from impactjax._sensor.abstract_quantity import AbstractQuantity
+from impactjax._sensor.quantity import IMPACT_TIME, QUANTITIES
 
 _MANY = 4  # most times to list individually
+_FARTHEST = 1e15  # [s], later times are no times
+_SINCE_A_DATE = 1e9  # [s], later times count from 1904, 1970 or another date
 
 
 class RecordingFile(NamedTuple):
     """A recording from a file, with its sidecar.
 
-    - `notes`: sentences on samples left out, filled in or averaged.
+    - `notes`: sentences on columns chosen, and on samples left out, filled in or averaged.
     """
 
     path: Path
@@ -45,11 +44,12 @@ class RecordingFile(NamedTuple):
 def read_recording(path: str | Path, sidecar_path: str | Path | None = None) -> RecordingFile:
     """A recording from a file, and its sidecar if there is one.
 
-    The file may be text (commas, semicolons, tabs or blanks between columns), NumPy, MATLAB, HDF5
-    or NetCDF. Its header gives quantity and unit of the columns, `time [s], angle [deg]`, or of a
-    list of impact times, `impact time [s]`; otherwise the sidecar describes them. In a WAV file the
-    onsets are impact times. Empty, clipped and missed observations are not valid, and are mentioned
-    in `notes`.
+    The file may be text (commas, semicolons, tabs or blanks between columns), NumPy, MATLAB, HDF5,
+    NetCDF, a spreadsheet, TDMS, LVM, UFF 58, or a zip archive of texts. Its header gives quantity
+    and unit of the columns, `time [s], angle [deg]`, or of a list of impact times, `impact time
+    [s]`, by these or other usual names; otherwise the sidecar describes them. In a WAV file the
+    onsets are impact times. Of several columns, runs or sheets one is chosen by a rule. Empty,
+    clipped and missed observations are not valid. The choice and they are mentioned in `notes`.
 
     **Arguments:**
 
@@ -67,35 +67,48 @@ def read_recording(path: str | Path, sidecar_path: str | Path | None = None) -> 
     if path.suffix.lower() == ".wav":
         recording, notes = _impact_times(path, read_onsets(path), sidecar)
     else:
-        recording, notes = _recording(_table(path, sidecar.read.skip_rows), sidecar)
+        recording, notes = _recording(read_table(path, sidecar.read), sidecar)
     return RecordingFile(path, recording, sidecar, sidecar_path, tuple(notes))
 
 
-def _table(path: Path, skip_rows: int) -> Table:
-    if path.suffix.lower() in ARRAY_SUFFIXES and path.is_file():
-        return read_array_table(path)
-    return read_text_table(path, skip_rows)
-
-
 def _recording(table: Table, sidecar: Sidecar) -> tuple[AbstractRecording, list[str]]:
-    time, observed = columns(table, sidecar.read)
+    read = sidecar.read
+    whole = read.column is None and read.part in (None, table.part)
+    heard_of = bounces(table) if whole else None
+    if heard_of is not None:
+        times, said = heard_of
+        recording, notes = _impact_times(table.path, times, sidecar)
+        return recording, [*table.notes, *said, *notes]
+    time, observed, chosen = columns(table, read)
+    own = [observed.position] + ([] if time is None else [time.position])
+    table = table.without_empty(own)
+    if not len(table.columns[0]):
+        problem = f"0 usable values are left in column {observed.position + 1}"
+        raise FileError(table.path, None, problem, "check that it is the right column")
     if observed.quantity == IMPACT_TIME:
         times = numbers(table, observed.position) * observed.factor
         _check_increasing(table, times)
-        return _impact_times(table.path, times, sidecar)
+        recording, notes = _impact_times(table.path, times, sidecar)
+        return recording, [*table.notes, *chosen, *notes]
     values = numbers_and_gaps(table, observed.position) * observed.factor
     if time is not None:
-        ts = numbers(table, time.position) * time.factor
+        ts, since = _from_zero(numbers(table, time.position), time.factor)
     else:
-        assert sidecar.read.sample_rate is not None
-        ts = np.arange(len(values)) / sidecar.read.sample_rate
+        assert read.sample_rate is not None
+        ts, since = np.arange(len(values)) / read.sample_rate, []
     _check_increasing(table, ts)
-    inside = _inside(table.path, sidecar.read.window, ts, "row")
+    inside = _inside(table.path, read.window, ts, "row")
     quantity = QUANTITIES[observed.quantity]
     recording, notes = _samples(table.path, quantity, ts[inside], values[inside], sidecar)
-    if (left := unused(table, (time, observed))) and sidecar.read.column is None:
-        notes.append(f"Of the file, {', '.join(f'`{each}`' for each in left)} is not used.")
-    return recording, notes
+    return recording, [*table.notes, *chosen, *since, *notes]
+
+
+def _from_zero(ticks: np.ndarray, factor: float) -> tuple[np.ndarray, list[str]]:
+    """Times [s]; those of a clock that counts from a date begin at zero, with a sentence on it."""
+    if ticks[0] * factor < _SINCE_A_DATE:
+        return ticks * factor, []
+    said = "The clock counts from a date; the first sample is at 0 s."
+    return (ticks - ticks[0]) * factor, [said]
 
 
 def _impact_times(path: Path, times: np.ndarray, sidecar: Sidecar) -> tuple[ImpactTimes, list[str]]:
@@ -160,6 +173,11 @@ def _listed(times: np.ndarray) -> str:
 
 
 def _check_increasing(table: Table, ts: np.ndarray) -> None:
+    far = np.flatnonzero(np.abs(ts) > _FARTHEST)
+    if far.size:
+        i = int(far[0])
+        remedy = "correct the clock or its unit"
+        raise FileError(table.path, table.line(i), f"time is {ts[i]:g} s", remedy)
     wrong = np.flatnonzero(np.diff(ts) <= 0)
     if wrong.size:
         i = int(wrong[0]) + 1

@@ -24,7 +24,7 @@ from impactjax._record.abstract_recording import (
 )
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
-from impactjax._sensor.quantity import AbstractQuantity
+from impactjax._sensor.abstract_quantity import AbstractQuantity
 from impactjax._sensor.sensor import Sensor
 from impactjax._sensor.system import System
 from impactjax._simulate.chatter import Chatter

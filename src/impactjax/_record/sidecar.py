@@ -71,6 +71,8 @@ class ReadTable(msgspec.Struct, forbid_unknown_fields=True):
     time_column: int | str | None = None
     time_unit: str | None = None
     sample_rate: Positive | None = None
+    frame_rate: Positive | None = None
+    part: str | None = None
     window: tuple[float, float] | None = None
 
 

@@ -18,6 +18,9 @@ class Table(NamedTuple):
     """The columns of a file: text cells as in the file, or numbers.
 
     Text columns have a line number for each row, and `None` where a row is too short.
+
+    - `part`: name of the sheet or of the file in an archive that it is from; empty if it is whole.
+    - `notes`: sentences on what was left out when it was read.
     """
 
     path: Path
@@ -26,6 +29,8 @@ class Table(NamedTuple):
     columns: Sequence[Sequence[str | None] | np.ndarray]
     lines: Sequence[int] | None = None
     decimal_comma: bool = False
+    part: str = ""
+    notes: tuple[str, ...] = ()
 
     def wrong_header(self, problem: str, remedy: str) -> FileError:
         """An error about the columns."""
@@ -34,6 +39,32 @@ class Table(NamedTuple):
     def line(self, row: int) -> int | None:
         """The line number of a row, if the file has lines."""
         return None if self.lines is None else self.lines[row]
+
+    def without_empty(self, positions: Sequence[int]) -> "Table":
+        """The table without the rows in which all these columns are empty, as those of a run that
+        is shorter than the one beside it.
+        """
+        filled = np.any([_filled(self.columns[position]) for position in positions], axis=0)
+        if filled.all():
+            return self
+        rows = np.flatnonzero(filled).tolist()
+        columns = [
+            column[rows] if isinstance(column, np.ndarray) else [column[row] for row in rows]
+            for column in self.columns
+        ]
+        lines = None if self.lines is None else [self.lines[row] for row in rows]
+        return self._replace(columns=columns, lines=lines)
+
+    def count(self, position: int) -> int:
+        """The number of cells of a column that are not empty."""
+        return int(np.count_nonzero(_filled(self.columns[position])))
+
+    def varies(self, position: int) -> bool:
+        """True if the filled cells of a column differ."""
+        column = self.columns[position]
+        if isinstance(column, np.ndarray):
+            return bool(np.nanmin(column) < np.nanmax(column)) if self.count(position) else False
+        return len({cell.strip() for cell in column if cell is not None and cell.strip()}) > 1
 
 
 def numbers(table: Table, position: int) -> np.ndarray:
@@ -58,6 +89,12 @@ def numbers_and_gaps(table: Table, position: int) -> np.ndarray:
     if wrong.size:
         raise _unusable(table, position, int(wrong[0]))
     return values
+
+
+def _filled(column: Sequence[str | None] | np.ndarray) -> np.ndarray:
+    if isinstance(column, np.ndarray):
+        return ~np.isnan(column.astype(float))
+    return np.array([cell is not None and bool(cell.strip()) for cell in column], bool)
 
 
 def number(cell: str | None, decimal_comma: bool = False) -> float:

@@ -16,8 +16,8 @@ from impactjax._parameter import (
     range_requirements,
 )
 from impactjax._refusal import of_kind
+from impactjax._sensor.abstract_quantity import AbstractQuantity
 from impactjax._sensor.low_pass import AbstractLowPass
-from impactjax._sensor.quantity import AbstractQuantity
 from impactjax._shown import with_numbers
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Ratio, Samples, Time

@@ -1,0 +1,135 @@
+"""The interface of observed quantities, and what several of them share."""
+
+import abc
+from typing import ClassVar
+
+import equinox as eqx
+import numpy as np
+
+from impactjax._first_look.coordinate import (
+    from_pulses,
+    from_swing,
+    from_velocity,
+    is_peaked,
+    pulses,
+)
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._sensor.forces import (
+    acceleration,
+    slopes,
+)
+from impactjax._shown import with_numbers
+from impactjax._simulate.trajectory import Trajectory
+from impactjax._types import Samples
+
+Row = np.ndarray  # a number, or a flag, a sample
+
+
+class AbstractQuantity(eqx.Module):
+    """A quantity that a trajectory has at every instant."""
+
+    name: ClassVar[str]
+    """Name in a file's header."""
+    synonyms: ClassVar[tuple[str, ...]] = ()
+    """Other names in the headers of exports."""
+    units: ClassVar[dict[str, float]]
+    """Factors from each unit to the SI unit, which comes first."""
+    shown: ClassVar[str]
+    """Unit in figures and tables."""
+    of_angle: ClassVar[bool | None]
+    """True for oscillators whose coordinate is an angle, false for others, `None` for both."""
+
+    is_place: ClassVar[bool] = False
+    """True if it is the coordinate itself."""
+    is_carried: ClassVar[bool] = False
+    """True if its sensor usually moves with a falling body."""
+    is_felt: ClassVar[bool] = False
+    """True if it is zero in free fall."""
+
+    @property
+    def unit(self) -> str:
+        """The SI unit."""
+        return next(iter(self.units))
+
+    def check_suits(self, model: ImpactOscillator) -> None:
+        """Raises `ValueError` if a model does not have this quantity."""
+        if self.of_angle not in (None, model.oscillator.is_angle()):
+            raise ValueError(
+                f"A record of {self.name} does not suit a {type(model.oscillator).__name__}."
+            )
+
+    @abc.abstractmethod
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        """The quantity at the samples of a trajectory."""
+
+    @abc.abstractmethod
+    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        """The time derivative of the quantity at the samples."""
+
+    @abc.abstractmethod
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
+        """The coordinate, reconstructed roughly from recorded values for a first look."""
+
+    def contacts(self, values: Row) -> list[tuple[int, int]]:
+        """Index pairs of the contacts that appear as pulses: first sample, and first one after."""
+        del values
+        return []
+
+    def free_fall(self, ts: Row, values: Row, valid: Row) -> tuple[float, float] | None:
+        """Begin and end [s] of a free fall and its landing, after the body was held."""
+        del ts, values, valid
+
+    __repr__ = with_numbers
+
+
+class AbstractPlace(AbstractQuantity):
+    """The coordinate itself."""
+
+    is_place: ClassVar[bool] = True
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        del model
+        return trajectory.position
+
+    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        del model
+        return trajectory.velocity
+
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
+        del ts, oscillator
+        return values
+
+
+class AbstractDifferenced(AbstractQuantity):
+    """A quantity whose rate is computed from differences of its samples."""
+
+    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        return slopes(trajectory.ts, self.value(model, trajectory))
+
+
+class AbstractSpeed(AbstractDifferenced):
+    """The rate of the coordinate."""
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        del model
+        return trajectory.velocity
+
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
+        del oscillator
+        return from_velocity(ts, values)
+
+
+class AbstractAcceleration(AbstractDifferenced):
+    """The second derivative of the coordinate."""
+
+    def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+        return acceleration(model, trajectory)
+
+    def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
+        if is_peaked(values):
+            return from_pulses(ts, values, oscillator.weight())
+        return from_swing(ts, values)
+
+    def contacts(self, values: Row) -> list[tuple[int, int]]:
+        return pulses(values) if is_peaked(values) else []
