@@ -9,6 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from impactjax._compare.missing import missing, missing_words, values_before, with_missing
 from impactjax._compare.nested import in_stages, special_case, starts_beside
 from impactjax._compare.oscillators import is_dry
 from impactjax._compare.prepare import Prepared
@@ -26,6 +27,7 @@ from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 
+_ROUNDS = 2  # times that parameters left out are fitted as well
 _ROUNDING = 1e-6  # relative difference of two rms that counts as rounding
 
 Progress = Callable[[str], None]
@@ -68,7 +70,7 @@ class Comparison:
     - `name`: name of the recording.
     - `fits`: one fit for each model.
     - `first_look`: first look at the recording, if `prepare` took one.
-    - `notes`: sentences on changes to the recording.
+    - `notes`: sentences on changes to the recording, and on parameters that it asked for.
     - `seed`: random seed of the scattered starts.
 
     It is a sequence of its fits, and gives each by its name: `comparison["kelvin-voigt"]`.
@@ -110,7 +112,9 @@ def compare(
     """Fits of several models to one recording, ranked, with intervals from profile likelihoods.
 
     A model that contains others as special cases is fitted after them; its searches also start from
-    their results.
+    their results. If the best fit held a parameter of the sensor or of a stop that the record asks
+    for (`left_out`), and its experiment does not list it in `fixed`, all models are fitted again
+    with it, and a note says so.
 
     **Arguments:**
 
@@ -137,14 +141,58 @@ def compare_by(
     check_search(starts, optimiser)
     own = experiments.experiments if isinstance(experiments, Prepared) else experiments
     _check(own)
+    settings = _Settings(starts, optimiser, search, progress, each)
+    fits, asked = _fits(own, settings, {}), []
+    for _ in range(_ROUNDS):
+        best = _ranked(fits)[0]
+        found = missing(best.estimate, own[best.name], search)
+        if not found:
+            break
+        own = {x: with_missing(own[x], fits[x].estimate.problem, found) for x in own}
+        more = _fits(own, settings, fits)
+        asked.append(missing_words(found, best.estimate, more[best.name].estimate))
+        fits = more
+    ranked = Comparison("recording", tuple(_ranked(fits)), notes=tuple(asked), seed=starts.seed)
+    if not isinstance(experiments, Prepared):
+        return ranked
+    name, look, notes = experiments.name, experiments.first_look, experiments.notes
+    return dataclasses.replace(ranked, name=name, first_look=look, notes=(*notes, *asked))
+
+
+class _Settings(NamedTuple):
+    """The arguments of a comparison that say how to search."""
+
+    starts: Starts
+    optimiser: LevenbergMarquardt
+    search: Search
+    progress: Progress
+    each: Each
+
+
+def _ranked(fits: Mapping[str, Fitted]) -> list[Fitted]:
+    """Fits in the order of the criterion."""
+    all_fits = list(fits.values())
+    return [all_fits[i] for i in best_first([fit.estimate for fit in all_fits])]
+
+
+def _fits(
+    experiments: Mapping[str, Experiment], settings: _Settings, before: Mapping[str, Fitted]
+) -> dict[str, Fitted]:
+    """The fit of each model, after those of its special cases.
+
+    `before` has fits of the same models with fewer parameters, from which searches start as well.
+    """
     done: dict[str, Fitted] = {}
 
     def fitted(name: str) -> Fitted:
-        progress(name)
+        settings.progress(name)
         begin = time.perf_counter()
-        problem, stated = build_problem(own[name]), tuple(own[name].fixed)
+        problem, stated = build_problem(experiments[name]), tuple(experiments[name].fixed)
         cases = _special_cases(problem, done)
-        estimate = _estimated(problem, starts, optimiser, search, [v for v, _ in cases.values()])
+        places = [values for values, _ in cases.values()]
+        if name in before:
+            places.append(values_before(problem, before[name].estimate))
+        estimate = _estimated(problem, settings, places)
         better = tuple(small for small, (_, of) in cases.items() if _is_worse(estimate, of))
         if better:
             nothing = jnp.full_like(estimate.verdicts, Verdict.NOT_IDENTIFIED)
@@ -153,15 +201,9 @@ def compare_by(
             )
         return Fitted(name, estimate, time.perf_counter() - begin, stated, better)
 
-    for stage in in_stages({name: each.model for name, each in own.items()}):
-        done |= dict(zip(stage, each(fitted, stage), strict=True))
-    fits = list(done.values())
-    order = best_first([fit.estimate for fit in fits])
-    ranked = Comparison("recording", tuple(fits[i] for i in order), seed=starts.seed)
-    if not isinstance(experiments, Prepared):
-        return ranked
-    name, look, notes = experiments.name, experiments.first_look, experiments.notes
-    return dataclasses.replace(ranked, name=name, first_look=look, notes=notes)
+    for stage in in_stages({name: each.model for name, each in experiments.items()}):
+        done |= dict(zip(stage, settings.each(fitted, stage), strict=True))
+    return done
 
 
 def _check(experiments: Mapping[str, Experiment]) -> None:
@@ -205,13 +247,10 @@ def _is_worse(estimate: Estimate[Problem], special: Estimate[Problem]) -> bool:
 
 
 def _estimated(
-    problem: Problem,
-    starts: Starts,
-    optimiser: LevenbergMarquardt,
-    search: Search,
-    cases: Sequence[np.ndarray],
+    problem: Problem, settings: _Settings, cases: Sequence[np.ndarray]
 ) -> Estimate[Problem]:
     """The best of searches from scattered starts and from special cases."""
+    starts, optimiser, search = settings.starts, settings.optimiser, settings.search
     lanes = starts.lanes(problem)
     beside = starts_beside(problem, cases, lanes) if cases else None
     estimate = scattered(best_from(problem, lanes, optimiser, search, beside))

@@ -129,7 +129,9 @@ class _Projected(NamedTuple):
     """Observations and random effects without the part that the parameters explain."""
 
     basis: Jacobian  # orthonormal basis of the parameters' columns
-    inverse: Float[AnyArray, "parameters parameters"]  # from coordinates in that basis to parameters
+    inverse: Float[
+        AnyArray, "parameters parameters"
+    ]  # from coordinates in that basis to parameters
     lengths: Float[AnyArray, " effects"]  # singular values of the rest of the random effects
     directions: Float[AnyArray, "effects effects"]  # their directions among the random effects
     parts: Float[AnyArray, " effects"]  # the observations along them
