@@ -72,10 +72,11 @@ def test_expected_gain_is_that_of_the_fit():
 
 
 def test_needed_parameters_are_fitted():
-    before = fitted(offset=NOISE / 2, drift=NOISE)
+    faults = {"offset": 2 * NOISE, "drift": -3 * NOISE}
+    before = fitted(**faults)
     after = ij.with_left_out(before)
     assert {*after.names} - {*before.names} == {"offset", "drift"}
-    for name, truth in (("offset", NOISE / 2), ("drift", NOISE), ("r", R), ("omega_n", OMEGA)):
+    for name, truth in (*faults.items(), ("r", R), ("omega_n", OMEGA)):
         assert after[name].value == pytest.approx(truth, abs=4 * after[name].standard_error)
     assert "AIC falls by" in missing_words(ij.left_out(before)[:2], before, after)
 

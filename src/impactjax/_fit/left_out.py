@@ -27,10 +27,10 @@ from impactjax._fit.evaluation import Evaluate
 from impactjax._fit.fit import best_from
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
-from impactjax._known import is_known, known
+from impactjax._known import AnyArray, is_known, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._parameter import Range
-from impactjax._problem.parameters import handles, replaced
+from impactjax._problem.parameters import Handle, handles, with_values
 from impactjax._problem.problem import Problem
 
 CLEAR = 10.0  # expected fall of AIC from which a parameter is needed
@@ -40,7 +40,7 @@ _FIRST = 1e-7  # first step of a difference, relative to the value, or in its un
 _CHANGE = 1e-5  # change of the record by the final step, relative to its span
 _COLLINEAR = 1e-4  # length of c⊥ relative to c below which the fitted parameters can replace it
 
-Column = Float[np.ndarray, " observations"]
+Column = Float[AnyArray, " observations"]
 
 
 class HeldParameter(NamedTuple):
@@ -80,6 +80,19 @@ class _Candidate(NamedTuple):
     column: Column
 
 
+class _Around(NamedTuple):
+    """Residuals around an estimate and their Jacobian, both with the weights of the loss."""
+
+    residuals: Column
+    jacobian: Float[AnyArray, "observations parameters"]
+
+    def beside(self, column: Column) -> "_Around":
+        """The residuals and the Jacobian with one more column, along which no residual is left."""
+        rest = _beside(self.jacobian, column)
+        left = self.residuals - rest * (rest @ self.residuals) / (rest @ rest)
+        return _Around(left, np.concatenate([self.jacobian, column[:, None]], axis=1))
+
+
 def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
     """The parameters that a fit held at a value, those first that would lower AIC the most.
 
@@ -89,7 +102,9 @@ def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
     **Raises** `ValueError` for an estimate under `jit` or of many fits, and for one that did not
     converge.
     """
-    found = [_tested(estimate, each) for each in _candidates(estimate, Search().evaluate)]
+    candidates = _candidates(estimate, Search().evaluate)
+    around = _around(estimate)
+    found = [_tested(estimate, around, each) for each in candidates]
     return tuple(sorted(found, key=lambda each: -each.gain))
 
 
@@ -129,14 +144,15 @@ def needed(
 ) -> list[HeldParameter]:
     """The parameters to be freed together: each the most needed one beside those before it."""
     candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in known]
+    around = _around(estimate)
     found: list[HeldParameter] = []
     while candidates:
-        tested = [_tested(estimate, each) for each in candidates]
+        tested = [_tested(estimate, around, each) for each in candidates]
         best = max(range(len(tested)), key=lambda i: tested[i].gain)
         if not tested[best].is_needed:
             break
         found.append(tested[best])
-        estimate = _with_column(estimate, candidates.pop(best))
+        around = around.beside(candidates.pop(best).column)
     return found
 
 
@@ -165,65 +181,70 @@ def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[_Candi
     for name, handle in handles(system).items():
         if name not in taken and (handle.path[0] == "sensor" or handle.path[-1] in _TESTED):
             held = float(handle.get(system))
-            column = _column(estimate, name, held, handle.allowed, evaluated)
+            column = _column(estimate, handle, evaluated)
             if column is not None:
+                column = _root_weights(estimate) * column
                 found.append(_Candidate(name, handle.allowed, held, column))
     return found
 
 
-def _column(
-    estimate: Estimate[Problem], name: str, held: float, allowed: Range, evaluated: Evaluate
-) -> Column | None:
+def _column(estimate: Estimate[Problem], handle: Handle, evaluated: Evaluate) -> Column | None:
     """Derivative of the residuals by a held parameter; `None` if the record does not show it."""
-    problem = estimate.problem
-    padded = problem.padded()
+    problem, allowed = estimate.problem, handle.allowed
+    padded, held = problem.padded(), handle.get(problem.system)
     u = jnp.asarray(problem.unbounded(known(estimate.values)))
     parts, no = jnp.asarray(padded.parts(LevenbergMarquardt().horizons)), jnp.zeros((), bool)
     count = problem.valid.shape[-1]
 
-    def residuals(value: float) -> Column:
-        system = replaced(padded.system, [name], [value])
+    def residuals(change: float) -> Column:
+        # The sum has the type of `held`, so that the compiled evaluation is found again.
+        system = with_values(padded.system, [handle], [held + change])
         answer = evaluated(dataclasses.replace(padded, system=system), u, parts, no)
         return np.asarray(answer.answer.residuals)[:count]
 
     def difference(step: float) -> Column:
-        low, high = max(held - step, allowed.low), min(held + step, allowed.high)
+        low, high = max(-step, allowed.low - float(held)), min(step, allowed.high - float(held))
         return (residuals(high) - residuals(low)) / (high - low)
 
     with np.errstate(all="ignore"):
-        first = _FIRST * (abs(held) or 1.0)
-        rough = difference(first)
-        effect = np.max(np.abs(rough))
+        effect = float(np.max(np.abs(difference(_FIRST * (abs(float(held)) or 1.0)))))
         if not np.isfinite(effect) or effect == 0:
             return None
-        span = np.ptp(np.asarray(problem.recording.values)[np.asarray(problem.valid)])
+        span = float(np.ptp(np.asarray(problem.recording.values)[np.asarray(problem.valid)]))
         column = difference(_CHANGE * span / effect)
     return column if np.all(np.isfinite(column)) else None
 
 
-def _tested(estimate: Estimate[Problem], candidate: _Candidate) -> HeldParameter:
+def _around(estimate: Estimate[Problem]) -> _Around:
+    root = _root_weights(estimate)
+    return _Around(root * estimate.residuals, root[:, None] * np.asarray(estimate.jacobian))
+
+
+def _root_weights(estimate: Estimate[Problem]) -> Column:
+    """Square roots of the weights that the loss gives to the residuals."""
+    return np.sqrt(np.asarray(estimate.problem.loss.weight(jnp.asarray(estimate.residuals))))
+
+
+def _tested(estimate: Estimate[Problem], around: _Around, candidate: _Candidate) -> HeldParameter:
     """The score test of one held parameter."""
-    problem = estimate.problem
-    residuals, jacobian = np.asarray(estimate.residuals), np.asarray(estimate.jacobian)
-    root = np.sqrt(np.asarray(problem.loss.weight(residuals)))
-    scores, column = root * residuals, root * candidate.column
-    beside = _beside(root[:, None] * jacobian, column)
+    scores, column = around.residuals, candidate.column
+    beside = _beside(around.jacobian, column)
     squared = beside @ beside
     if not squared > _COLLINEAR**2 * (column @ column):
         return _nothing(candidate)
     step = -(beside @ scores) / squared
     left = scores + step * beside
-    variance = float(_variance(problem, left, beside))
+    variance = float(_variance(estimate.problem, left, beside))
     error, score = np.sqrt(variance) / squared, (beside @ scores) ** 2 / variance
-    n = float(estimate.freedom) + len(problem.names)
+    n = float(estimate.freedom) + len(estimate.names)
     gain = score if np.isinf(n) else n * np.log1p(score / n)
     return HeldParameter(
         candidate.name,
         candidate.allowed.unit,
         candidate.held,
-        candidate.held + step,
-        error,
-        gain - 2.0,
+        float(candidate.held + step),
+        float(error),
+        float(gain - 2.0),
     )
 
 
@@ -248,12 +269,3 @@ def _variance(problem: Problem, scores: Column, column: Column) -> Float[Array, 
     if problem.is_classical():
         return problem.variance() * jnp.sum(column**2)
     return problem.noise.spread(scores, count, column[:, None])[0, 0]
-
-
-def _with_column(estimate: Estimate[Problem], candidate: _Candidate) -> Estimate[Problem]:
-    """The estimate with one more column, its residuals without their part along it."""
-    jacobian = np.concatenate([np.asarray(estimate.jacobian), candidate.column[:, None]], axis=1)
-    residuals = np.asarray(estimate.residuals)
-    axes = np.linalg.qr(jacobian / np.linalg.norm(jacobian, axis=0))[0]
-    residuals = residuals - axes @ (axes.T @ residuals)
-    return dataclasses.replace(estimate, jacobian=jacobian, residuals=residuals)
