@@ -1,6 +1,7 @@
 """Doubts about a record: what looks wrong before any fit."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +21,7 @@ _LOUD = 0.05  # noise relative to the motion
 
 def doubts(found: Survey, noise: Noise) -> tuple[str, ...]:
     """Sentences on what looks wrong in a record, each with a remedy."""
-    return tuple([*_clock(found), *_values(found, noise), *_impacts(found), *_middle(found, noise)])
+    return (*_clock(found), *_values(found, noise), *_impacts(found), *_middle(found, noise))
 
 
 def _clock(found: Survey) -> Iterator[str]:
@@ -63,7 +64,8 @@ def _values(found: Survey, noise: Noise) -> Iterator[str]:
 
 def _impacts(found: Survey) -> Iterator[str]:
     look, recording = found.look, found.recording
-    if not (look.swings_freely or len(look.marks)):
+    seen = isinstance(recording, Recording) and recording.quantity.contacts(_valid(recording))
+    if not (look.swings_freely or len(look.marks) or seen):
         yield "No impact and no free swing was found: check the column, its unit and its sign."
     beyond = np.count_nonzero(look.restitutions > 1)
     if beyond:
@@ -97,7 +99,7 @@ def _gravity(found: Survey) -> float | None:
     assert isinstance(recording, Recording)
     ts, values = np.asarray(recording.ts), np.asarray(recording.values)
     bends = []
-    for begin, end in zip(marks[:-1], marks[1:], strict=True):
+    for begin, end in pairwise(marks.tolist()):
         margin = (end - begin) / 8
         inside = (ts > begin + margin) & (ts < end - margin) & np.asarray(recording.valid)
         if np.count_nonzero(inside) >= 8:
@@ -122,6 +124,10 @@ def _middle(found: Survey, noise: Noise) -> Iterator[str]:
             f"The middle of the swing is at {middle * factor:.3g} {unit}, not at 0: let `offset` "
             "be fitted (--free offset)."
         )
+
+
+def _valid(recording: Recording) -> np.ndarray:
+    return np.asarray(recording.values)[np.asarray(recording.valid)]
 
 
 def _number(count: int, noun: str) -> str:

@@ -85,7 +85,7 @@ def impacts(found: Survey) -> list[str]:
     if look.swings_freely:
         return [f"None: it swings freely, with {len(marks)} extremes."]
     if not len(marks):
-        return ["None were found."]
+        return ["None were found between flights."]
     count = f"{len(marks)} found, from {marks[0]:.4g} to {marks[-1]:.4g} s."
     told, speeds, ratios = [count], look.speeds, look.restitutions
     if speeds.size:
@@ -109,7 +109,9 @@ def contacts(found: Survey) -> list[str]:
     pulses = recording.quantity.contacts(values)
     if pulses:
         seen = math.pi / found.look.contact_frequency
-        told = [f"{len(pulses)} pulses of about {seen * 1e3:.3g} ms, {seen * rate:.0f} samples."]
+        told = [
+            f"{len(pulses)} pulse{'s' if len(pulses) > 1 else ''} of about {seen * 1e3:.3g} ms, {seen * rate:.0f} samples."
+        ]
     else:
         each = [f"{_samples(t * rate)} of {t * 1e3:g} ms ({of})" for of, t in _TYPICAL.items()]
         told = [f"Not seen by itself. Samples in a typical contact: {', '.join(each)}."]
