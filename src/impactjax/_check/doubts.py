@@ -67,7 +67,7 @@ def _impacts(found: Survey) -> Iterator[str]:
     seen = isinstance(recording, Recording) and recording.quantity.contacts(_valid(recording))
     if not (look.swings_freely or len(look.marks) or seen):
         yield "No impact and no free swing was found: check the column, its unit and its sign."
-    beyond = np.count_nonzero(look.restitutions > 1)
+    beyond = int(np.count_nonzero(look.restitutions > 1))
     if beyond:
         yield (
             f"{_number(beyond, 'impact')} of {look.restitutions.size} seem to have a restitution "

@@ -23,7 +23,8 @@ def read(found: Survey) -> list[str]:
     """Sentences on what was read and how."""
     recording, file = found.recording, found.file
     begin, end = float(np.asarray(recording.instants)[0]), _end(found)
-    count, all_ = int(np.sum(recording.valid)), len(recording.valid)
+    valid = np.asarray(recording.valid)
+    count, all_ = np.count_nonzero(valid), len(valid)
     which = f"{count}" if count == all_ else f"{count} of {all_}"
     when = f"{begin:.4g} to {end:.4g} s"
     if isinstance(recording, Recording):
@@ -109,9 +110,9 @@ def contacts(found: Survey) -> list[str]:
     pulses = recording.quantity.contacts(values)
     if pulses:
         seen = math.pi / found.look.contact_frequency
-        told = [
-            f"{len(pulses)} pulse{'s' if len(pulses) > 1 else ''} of about {seen * 1e3:.3g} ms, {seen * rate:.0f} samples."
-        ]
+        noun = "pulses" if len(pulses) > 1 else "pulse"
+        samples = f"{seen * rate:.0f} samples"
+        told = [f"{len(pulses)} {noun} of about {seen * 1e3:.3g} ms, {samples}."]
     else:
         each = [f"{_samples(t * rate)} of {t * 1e3:g} ms ({of})" for of, t in _TYPICAL.items()]
         told = [f"Not seen by itself. Samples in a typical contact: {', '.join(each)}."]
