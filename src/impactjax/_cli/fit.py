@@ -100,8 +100,8 @@ def fit_command(
         once = dict.fromkeys(recordings)
         said = options(free or [], fix or [], loss)
         surveys = [surveyed(path, sidecar, oscillator, laws, said) for path in once]
-        made = [_prepared(found, said) for found in surveys]
         targets = _targets(out, force)
+        made = [_prepared(found, said) for found in surveys]
         for found in surveys:
             typer.echo(f"{checked(found)}\n")
         comparisons = _compared(made, seed)
