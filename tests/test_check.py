@@ -18,6 +18,7 @@ from tiers import quick
 
 DATA = Path(__file__).parent.parent / "data"
 TS = np.arange(2000) / 1000
+SHORT = TS[:1400]  # before the impacts of a ball come too fast for the integrator
 GRAVITY = 9.80665
 
 
@@ -26,23 +27,23 @@ def noisy(values, size, seed=0):
 
 
 def displacement(values, ts=TS):
-    return ij.Recording(ts, values, ij.Displacement())
+    return ij.Recording(ts[: len(values)], values, ij.Displacement())
 
 
 def bouncing(r=0.8, gravity=GRAVITY):
     """Heights of a ball from 0.2 m, by SciPy."""
-    found = simulate_rigid(lambda t, y: np.array([y[1], -gravity]), [0.2, 0.0], TS, lambda v: r)
+    found = simulate_rigid(lambda t, y: np.array([y[1], -gravity]), [0.2, 0.0], SHORT, lambda v: r)
     return noisy(found.position, 1e-4)
 
 
 @quick
 def test_flights_of_a_ball_agree_with_integrator():
     motion = Motion(0.0, 0.0, GRAVITY, 0.2, 0.0, 0.0, 0.8, 0.02)
-    places, hits = motion.along(TS)
+    places, hits = motion.along(SHORT)
     found = simulate_rigid(
-        lambda t, y: np.array([y[1], -GRAVITY]), [0.2, 0.0], TS, lambda v: 0.8 - 0.02 * v
+        lambda t, y: np.array([y[1], -GRAVITY]), [0.2, 0.0], SHORT, lambda v: 0.8 - 0.02 * v
     )
-    np.testing.assert_allclose(places[:1200], found.position[:1200], atol=1e-8)
+    np.testing.assert_allclose(places, found.position, atol=1e-8)
     assert hits[0] == pytest.approx(np.sqrt(0.4 / GRAVITY))
 
 
@@ -54,11 +55,11 @@ def test_swings_onto_a_stop_agree_with_integrator(gap):
     found = simulate_rigid(
         lambda t, y: np.array([y[1], -(omega**2) * (y[0] - gap)]),
         [0.03 + gap, 0.0],
-        TS,
+        TS[:800],
         lambda v: 0.7,
     )
-    places, _ = motion.along(TS)
-    np.testing.assert_allclose(places[:800], found.position[:800] - gap, atol=1e-7)
+    places, _ = motion.along(TS[:800])
+    np.testing.assert_allclose(places, found.position - gap, atol=1e-7)
 
 
 @quick
@@ -69,7 +70,7 @@ def test_soft_contact_has_the_restitution_and_duration_of_its_law():
     places, hits = motion.along(TS)
     told = law.equivalents(1.0, 1.0)
     assert hits.tolist() == pytest.approx([0.1])
-    assert -places.min() == pytest.approx(float(told.deepest_penetration), rel=1e-3)
+    assert -places.min() == pytest.approx(float(told.deepest_penetration), rel=5e-3)
     left = 0.1 + float(told.duration)
     np.testing.assert_allclose(places[left < TS], 0.6 * (TS[left < TS] - left), atol=1e-9)
 
@@ -149,14 +150,14 @@ def test_check_says_what_is_in_the_record():
     assert "<th>Impacts</th><td>None: it swings freely" in told._repr_html_()
 
 
-UNEVEN = np.sort(np.concatenate([TS[:700], TS[760:]]))
+UNEVEN = np.concatenate([SHORT[:700], SHORT[760:]])
 DOUBTFUL = {
-    "1 of 1939 intervals differ": displacement(np.interp(UNEVEN, TS, bouncing()), UNEVEN),
+    "1 of 1339 intervals differ": displacement(np.interp(UNEVEN, SHORT, bouncing()), UNEVEN),
     "gravity of 4.9 m/s² instead of 9.81: check the scale (`gain = 0.5`": displacement(
         bouncing() / 2
     ),
     "multiples of 0.5 mm, more than the noise": displacement(np.round(bouncing() / 5e-4) * 5e-4),
-    "A flight has only": displacement(bouncing()[::40], TS[::40]),
+    "A flight has only": displacement(bouncing()[::40], SHORT[::40]),
     "seem to have a restitution above 1": ij.ImpactTimes(np.cumsum([0.1, 0.4, 0.41, 0.42, 0.43])),
 }
 
@@ -172,7 +173,7 @@ def test_doubts_about_a_record(words):
 def test_doubt_about_the_zero_of_a_free_swing():
     told = ij.check(displacement(noisy(0.03 * np.cos(20 * TS) + 0.004, 1e-4)))
     (doubt,) = told.doubts
-    assert doubt.startswith("The middle of the swing is at 4 mm, not at 0")
+    assert doubt.startswith("The middle of the swing is at 3.99 mm, not at 0")
     assert ij.check(displacement(noisy(0.03 * np.cos(20 * TS), 1e-4))).doubts == ()
 
 
@@ -184,7 +185,7 @@ def test_figure_of_a_check_marks_impacts():
     np.testing.assert_allclose(np.asarray(marks)[0], np.sqrt(0.4 / GRAVITY), atol=3e-3)
     assert ax.get_ylabel() == "displacement [mm]"
     ax = Figure().add_subplot()
-    ij.plot.check(ax, ij.check(ij.ImpactTimes([0.0, 0.4, 0.7, 0.92])))
+    ij.plot.check(ax, ij.check(ij.ImpactTimes(np.array([0.0, 0.4, 0.7, 0.92]))))
     np.testing.assert_allclose(ax.lines[0].get_ydata(), [400, 300, 220])
 
 

@@ -1,4 +1,4 @@
-"""What the sidecar and the options of the command say reaches the experiment, or is refused."""
+"""Statements of sidecar and options reach the experiment, or are refused."""
 
 from pathlib import Path
 
@@ -95,6 +95,7 @@ def test_arguments_override_sidecar(tmp_path):
         free=["length"],
     ).experiment
     assert found.free == ("length",)
+    assert float(found.model.oscillator.length) == pytest.approx(0.2)
     assert float(found.fixed["offset"]) == pytest.approx(0.01)
     law = found.model.lower.law
     assert isinstance(law, ij.KelvinVoigt)
@@ -106,6 +107,7 @@ def test_arguments_override_sidecar(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
+        (["--free", "length"], "`length` has no value to start from"),
         (["--free", "lengt"], "no parameter `lengt`; did you mean `length`?"),
         (["--fix", "gama=0.1"], "no parameter `gama`; did you mean `gamma`?"),
         (["--fix", "gamma=0,1"], "`0,1` in --fix `gamma=0,1` is not a number"),

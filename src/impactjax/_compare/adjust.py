@@ -39,7 +39,7 @@ def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:
     """First look at the recording, with the known values of the setup."""
     given, sensor = {**setup.start, **setup.fixed}, setup.sensor
     known = Sensor(given.get("gain", sensor.gain), given.get("offset", sensor.offset))
-    oscillator = with_known(setup.oscillator, setup.fixed)
+    oscillator = with_known(setup.oscillator, given)
     gap = given.get("gap", given.get("lower_gap", 0.0))
     return recording.first_look(oscillator, gap, known)
 

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from impactjax._compare.laws import LAWS, NO_LAW, USUAL_LAWS
-from impactjax._compare.oscillators import complete
+from impactjax._compare.oscillators import DRY_FRICTION, complete
 from impactjax._compare.said import refused_in_sidecar
 from impactjax._compare.setup import Setup
 from impactjax._compare.typical_systems import Law, Upper, typical_system
@@ -42,8 +42,16 @@ def check_requests(
             if name == "t0" and name in setup.start:
                 sentence = "`t0` cannot be started elsewhere: a search starts at the first impact."
                 raise ValueError(sentence)
+            if name in setup.free and name not in values and _lacks(setup.oscillator, name):
+                sentence = f"`{name}` has no value to start from; give one, as under [start]."
+                raise ValueError(sentence)
             if name in values:
                 check_value(name, values[name], known[name])
+
+
+def _lacks(oscillator: AbstractOscillator, name: str) -> bool:
+    """True for a parameter that an oscillator leaves out, and that has no usual value."""
+    return name != DRY_FRICTION and getattr(oscillator, name, 0.0) is None
 
 
 def _known(setup: Setup, asked: Collection[str]) -> dict[str, Range]:

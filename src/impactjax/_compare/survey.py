@@ -98,7 +98,8 @@ def _with_arguments(
 ) -> Setup:
     """The setup with the sidecar's statements overridden by the arguments."""
     own_fixed = {name: value for name, value in setup.fixed.items() if name not in {*free, *start}}
-    own_start = {name: value for name, value in setup.start.items() if fixed.get(name) is None}
+    begun = {name: value for name, value in setup.fixed.items() if name in free} | {**setup.start}
+    own_start = {name: value for name, value in begun.items() if fixed.get(name) is None}
     own_free = [name for name in setup.free if name not in fixed]
     said = {*fixed, *start, *free}
     values = {name: value for name, value in fixed.items() if value is not None}
