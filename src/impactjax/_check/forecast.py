@@ -196,11 +196,12 @@ class _Rows:
         low_pass, rate = self.setup.sensor.low_pass, 1 / (self.ts[1] - self.ts[0])
         if not isinstance(low_pass, Butterworth) or float(low_pass.cutoff) > 0.45 * rate:
             return values
-        from scipy import signal
-
-        sos = signal.butter(low_pass.order, float(low_pass.cutoff), fs=rate, output="sos")
-        state = signal.sosfilt_zi(sos) * values[0]
-        return signal.sosfilt(sos, values, zi=state)[0]
+        k, count = np.arange(low_pass.order), len(values)
+        poles = np.exp(1j * np.pi * (2 * k + low_pass.order + 1) / (2 * low_pass.order))
+        at = 1j * np.fft.rfftfreq(2 * count, 1 / rate)[:, None] / float(low_pass.cutoff)
+        response = 1 / np.prod(at - poles, axis=1)
+        motion = np.fft.rfft(values - values[0], 2 * count)  # it rests before the first sample
+        return values[0] + np.fft.irfft(response * motion, 2 * count)[:count]
 
     def _bound(self, slopes: np.ndarray) -> np.ndarray:
         """Square roots of the diagonal of the inverse information."""
