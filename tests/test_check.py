@@ -123,7 +123,7 @@ def test_forecast_agrees_with_errors_of_a_fit():
     assert told is not None
     errors = {each.name: each.error for each in told.motion}
     for name in ("omega_n", "r", "theta0", "theta_dot0"):
-        assert errors[name] == pytest.approx(estimate.standard_error(name), rel=0.3)
+        assert errors[name] == pytest.approx(float(estimate.standard_error(name)), rel=0.3)
 
 
 @quick
