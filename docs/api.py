@@ -18,6 +18,7 @@ TOPICS = {
     "Approximations in closed form": ("_analytic",),
     "Sensors and recordings": ("_sensor", "_record", "_first_look"),
     "Fitting": ("_problem", "_optimise", "_fit"),
+    "A look at a recording": ("_check",),
     "Comparison of laws": ("_compare",),
     "Identifiability": ("_identify",),
     "Reports and figures": ("_report",),

@@ -81,6 +81,25 @@ SIDECARS = {
     "foreign key": beside("[sensor]\nx = 1\n", "line 2", "`x` in [sensor]", "use one of gain"),
     "unknown parameter": beside("\n\n[fixed]\nfriction = 1\n", "line 4", "`friction`", "`dry_f"),
     "unknown start": beside("[start]\nomega = 1\n", "line 2", "`omega`", "did you mean `omega"),
+    "start of t0": beside("[start]\nt0 = 1\n", "line 2", "`t0` cannot be started elsewhere"),
+    "free and fixed parameter": beside(
+        '[fixed]\nmass = 1\n[fit]\nfree = ["mass"]\n', "line 2", "`mass` is in both"
+    ),
+    "unknown free parameter": beside(
+        '[fit]\nfree = ["lengt"]\n', "line 2", "no parameter `lengt`", "did you mean `length`"
+    ),
+    "law of separation": beside(
+        '[system]\nseparation = "zero"\n', "line 2", "no rule of separation `zero`", "zero-force"
+    ),
+    "unknown equilibrium of an oscillator": beside(
+        '[system]\nequilibrium = "invert"\n', "line 2", "no equilibrium `invert`", "`inverted`"
+    ),
+    "drag of an oscillator without": beside("[system]\ndrag = true\n", "line 2", "has no drag"),
+    "upper without gap": beside('[upper]\nlaw = "hertz"\n', "line 1", "no position", "add `gap`"),
+    "upper law": beside('[upper]\ngap = 1.0\nlaw = "herz"\n', "line 3", "`herz`", "`hertz`"),
+    "upper at zero": beside("[upper]\ngap = 0\n", "line 2", "`upper.gap`", "> 0"),
+    "half a base": beside("[base]\namplitude = 1e-3\n", "line 1", "no `frequency`", "add"),
+    "unknown key of the base": beside("[base]\nfreq = 3\n", "line 2", "`freq`", "`frequency`"),
     "unknown oscillator": beside('[system]\noscillator = "x"\n', "line 2", "`x`", "pendulum"),
     "unknown law": beside('[system]\nlaws = ["kelvin"]\n', "line 2", "`kelvin`", "`kelvin-voigt`"),
     "unsuited oscillator": Bad(

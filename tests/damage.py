@@ -152,7 +152,7 @@ REFUSED = {
     "WAV rubbish": Damage(b"RIFF\0\0\0\0WAVEfmt " + NOISE, "not a WAV file", name="record.wav"),
     "path for a system": Damage(
         RECORDING.read_bytes(),
-        "unknown oscillator",
+        "there is no oscillator",
         sidecar=b'[system]\noscillator = "../../etc/passwd"\n',
     ),
     "path in a column": Damage(
@@ -170,7 +170,7 @@ REFUSED = {
     ),
     "free and fixed": Damage(
         RECORDING.read_bytes(),
-        "both free and fixed",
+        "in both `free` and `fixed`",
         sidecar=b'[fit]\nfree = ["gap"]\n[fixed]\ngap = 0\n',
     ),
     "free what is not there": Damage(

@@ -103,12 +103,13 @@ def test_wrong_fit_requests_are_refused(arguments, words):
 @pytest.mark.parametrize(
     ("said", "words"),
     [
-        ({"laws": ["restitutions"]}, "no law `restitutions`; there are none, restitution, "),
+        ({"laws": ["restitutions"]}, "no law `restitutions`; did you mean `restitution`"),
         ({"fixed": {"zetta": 0.1}}, "did you mean `zeta`"),
         ({"start": {"omgea_n": 5.0}}, "did you mean `omega_n`"),
         ({"free": ("masse",)}, "did you mean `mass`"),
         ({"oscillator": ij.BouncingBall(), "fixed": {"zeta": 0.1}}, "no parameter `zeta`"),
         ({"oscillator": ij.Pendulum(5.0)}, "record of displacement does not suit a Pendulum"),
+        ({"start": {"t0": 1.0}}, "`t0` cannot be started elsewhere"),
         ({"start": {"zeta": -1.0}}, "`zeta` must be .* it is -1"),
         ({"fixed": {"mass": 1.0}, "free": ("mass",)}, "`mass` is in both `free` and `fixed`"),
     ],

@@ -26,6 +26,7 @@ ORDER = [
     "_problem",
     "_fit",
     "_compare",
+    "_check",
     "_identify",
     "_report",
     "_cli",

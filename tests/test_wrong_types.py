@@ -81,7 +81,7 @@ SENTENCES = {
     "prior": "TypeError: Argument `priors` must be a Normal, such as ",
     "list": "ValueError: `omega_n` of Pendulum has shape (2,), but a run takes one number: ",
     "degrees": "ValueError: An initial angle of 45 rad is more than a turn; are degrees meant?",
-    "law name": "ValueError: There is no law `hertzz`; there are none, restitution, ",
+    "law name": "ValueError: There is no law `hertzz`; did you mean `hertz`?",
     "law class": "TypeError: A law must be a name or an object such as `Restitution(0.7)`, but ",
     "record": "TypeError: Argument `record` must be a Recording, such as ",
     "compare": "TypeError: Argument `experiments` must be what `prepare` made, or experiments by ",

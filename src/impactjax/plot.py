@@ -1,5 +1,6 @@
 """Figures, each a function of an `Axes` that it draws on and returns."""
 
+from impactjax._report.check_figure import plot_check as check
 from impactjax._report.coupling_figures import plot_correlation as correlation
 from impactjax._report.coupling_figures import plot_directions as directions
 from impactjax._report.coupling_figures import plot_sensitivities as sensitivities
@@ -15,6 +16,7 @@ from impactjax._report.search_figures import plot_starts as starts
 
 __all__ = [
     "autocorrelation",
+    "check",
     "correlation",
     "directions",
     "first_look",

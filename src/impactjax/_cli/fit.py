@@ -17,28 +17,31 @@ from rich.measure import Measurement
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from impactjax._check.check import checked
 from impactjax._cli.compiler_flags import compiled_programs
+from impactjax._cli.files import in_folder
+from impactjax._cli.options import FIX_HELP, FREE_HELP, LOSS_HELP, Options, options, surveyed
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._cli.trace_cache import kept
 from impactjax._compare.compare import Comparison, compare_by
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
-from impactjax._compare.prepare import Prepared, prepare
+from impactjax._compare.prepare import Prepared, prepared
 from impactjax._compare.ranking import rejected
+from impactjax._compare.survey import Survey
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.evaluation import evaluate
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
 from impactjax._known import known
-from impactjax._model.oscillator import AbstractOscillator
 from impactjax._number_format import interval, with_unit
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._problem.build_problem import build_problem
 from impactjax._record.file_error import FileError
-from impactjax._record.read_recording import read_recording
 from impactjax._report.given import given
 from impactjax._report.rows import verdict_of
 from impactjax._report.words import sentences
-from impactjax._report.write import check_absent, report_files, report_texts, write_texts
+from impactjax._report.write import report_files, report_texts, write_texts
 
 _WIDTH = 120  # columns of a table that is not printed on a terminal
 _MOST_AT_ONCE = 4  # laws in parallel; each needs a gigabyte to compile
@@ -64,6 +67,15 @@ def fit_command(
         Path | None,
         typer.Option("--sidecar", metavar="FILE", help="TOML file to use instead of NAME.toml."),
     ] = None,
+    free: Annotated[
+        list[str] | None, typer.Option("--free", metavar="NAME", help=FREE_HELP)
+    ] = None,
+    fix: Annotated[
+        list[str] | None, typer.Option("--fix", metavar="NAME[=VALUE]", help=FIX_HELP)
+    ] = None,
+    loss: Annotated[
+        str, typer.Option("--loss", metavar="NAME[=SCALE]", help=LOSS_HELP)
+    ] = "squares",
     seed: Annotated[
         int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help=_SEED_HELP)
     ] = 0,
@@ -86,17 +98,21 @@ def fit_command(
         check_names(laws or [], system)
         oscillator = None if system is None else OSCILLATORS[system]()
         once = dict.fromkeys(recordings)
-        prepared = [_prepared(path, sidecar, oscillator, laws) for path in once]
+        said = options(free or [], fix or [], loss)
+        surveys = [surveyed(path, sidecar, oscillator, laws, said) for path in once]
         targets = _targets(out, force)
-        comparisons = _compared(prepared, seed)
+        made = [_prepared(found, said) for found in surveys]
+        for found in surveys:
+            typer.echo(f"{checked(found)}\n")
+        comparisons = _compared(made, seed)
     except (FileError, Refusal) as error:
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
     texts: tuple[str, ...] = ()
     if targets:  # computed before anything is written or printed
         texts = report_texts(comparisons, shlex.join(["impactjax", *sys.argv[1:]]))
-    for comparison in comparisons:
-        _print(comparison)
+    for comparison, found in zip(comparisons, surveys, strict=True):
+        _print(comparison, found.notes)
     if targets:
         try:
             write_texts(targets, texts, force)
@@ -109,18 +125,17 @@ def fit_command(
         typer.echo(f"Written: {', '.join(str(path) for path in targets)}")
 
 
-def _prepared(
-    path: Path,
-    sidecar: Path | None,
-    oscillator: AbstractOscillator | None,
-    laws: Sequence[str] | None,
-) -> Prepared:
+def _prepared(found: Survey, said: Options) -> Prepared:
+    """The experiments for a survey, which can be posed. Raises `Refusal` for those that cannot."""
     try:
-        return prepare(read_recording(path, sidecar), oscillator=oscillator, laws=laws)
-    except FileError:
-        raise
+        loss = said.loss_for(found.recording)
+        made = prepared(found)
+        own = {name: dataclasses.replace(e, loss=loss) for name, e in made.experiments.items()}
+        for experiment in own.values():
+            build_problem(experiment)
     except ValueError as error:
-        raise Refusal(f"{path}: {error}") from error
+        raise Refusal(f"{found.name}: {error}") from error
+    return made._replace(experiments=own)
 
 
 def _targets(out: Path | None, force: bool) -> tuple[Path, ...]:
@@ -128,18 +143,7 @@ def _targets(out: Path | None, force: bool) -> tuple[Path, ...]:
     if out is None:
         return ()
     targets = report_files(out)
-    try:
-        check_absent(targets, force)
-    except FileExistsError as error:
-        path = error.filename
-        refusal = f"{path} exists; use --force to overwrite it, or another --out."
-        raise Refusal(refusal) from error
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise Refusal(f"{out} cannot be a folder ({error.strerror}); choose another.") from error
-    if not os.access(out, os.W_OK):
-        raise Refusal(f"{out} cannot be written to; choose another.")
+    in_folder(out, targets, force)
     return targets
 
 
@@ -185,8 +189,10 @@ def _at_once() -> Iterator[ThreadPoolExecutor]:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _print(comparison: Comparison) -> None:
+def _print(comparison: Comparison, printed: Sequence[str]) -> None:
+    """Prints table and sentences. Notes that were `printed` before the fit are not repeated."""
     console, fits = Console(), comparison.fits
+    notes = [note for note in comparison.notes if note not in printed]
     unit, factor = comparison.best.estimate.problem.recording.shown
     table = Table(title=escape(comparison.name), title_justify="left", title_style="bold")
     for heading in (
@@ -223,6 +229,6 @@ def _print(comparison: Comparison) -> None:
     console.print(table)
     if not console.is_terminal:
         console.width = _WIDTH
-    for sentence in (*comparison.notes, *sentences(fits)):
+    for sentence in (*notes, *sentences(fits)):
         console.print(f"- {sentence}", highlight=False, markup=False)
     console.print()

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from impactjax._cli.check import check_command
 from impactjax._cli.compiler_flags import prepare
 from impactjax._cli.fit import fit_command
 from impactjax._cli.retry_after_abort import attempted
@@ -36,6 +37,7 @@ def _common(version: Annotated[bool, _VERSION] = False) -> None:
     del version
 
 
+app.command("check")(check_command)
 app.command("fit")(fit_command)
 app.command("simulate")(simulate_command)
 

@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from impactjax._compare.laws import LAWS, NO_LAW
-from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._compare.named import check_law, check_oscillator
 
 
 class Refusal(ValueError):  # noqa: N818  it is no error of the program
@@ -12,8 +11,10 @@ class Refusal(ValueError):  # noqa: N818  it is no error of the program
 
 def check_names(laws: Sequence[str], system: str | None) -> None:
     """Raises `Refusal` for a law or a system that does not exist."""
-    for law in laws:
-        if law not in (NO_LAW, *LAWS):
-            raise Refusal(f"there is no law `{law}`; use one of {NO_LAW}, {', '.join(LAWS)}.")
-    if system is not None and system not in OSCILLATORS:
-        raise Refusal(f"there is no system `{system}`; use one of {', '.join(OSCILLATORS)}.")
+    try:
+        for law in laws:
+            check_law(law)
+        if system is not None:
+            check_oscillator(system)
+    except ValueError as error:
+        raise Refusal(str(error)) from error

@@ -12,7 +12,8 @@ import typer
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS, with_known
-from impactjax._compare.typical_systems import parameters, typical_system
+from impactjax._compare.requests import parameters
+from impactjax._compare.typical_systems import typical_system
 from impactjax._parameter import Range
 from impactjax._problem.parameters import replaced
 from impactjax._results import RESULTS

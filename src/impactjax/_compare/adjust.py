@@ -7,7 +7,7 @@ from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._sensor.sensor import Sensor
 
 _BEYOND = 0.25  # ratio of the extremes below which a record lies on one side of the stop
-WHERE = frozenset(("gap", "offset", "gain"))
+WHERE = frozenset(("gap", "lower_gap", "offset", "gain"))
 """Parameters that determine the position of the stop in a record."""
 
 
@@ -28,7 +28,7 @@ def adjusted(
     if recording.shows_place:
         if not said & {*WHERE, "theta0", "x0"}:
             recording, look = _turned(recording, look, setup, notes)
-        if not said & WHERE:
+        if not said & WHERE and setup.upper is None:
             setup, look = _placed(recording, look, setup, notes)
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)
@@ -39,8 +39,9 @@ def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:
     """First look at the recording, with the known values of the setup."""
     given, sensor = {**setup.start, **setup.fixed}, setup.sensor
     known = Sensor(given.get("gain", sensor.gain), given.get("offset", sensor.offset))
-    oscillator = with_known(setup.oscillator, setup.fixed)
-    return recording.first_look(oscillator, given.get("gap", 0.0), known)
+    oscillator = with_known(setup.oscillator, given)
+    gap = given.get("gap", given.get("lower_gap", 0.0))
+    return recording.first_look(oscillator, gap, known)
 
 
 def _turned(

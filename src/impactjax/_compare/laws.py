@@ -46,7 +46,8 @@ NO_LAW = "none"  # free flight
 
 
 def _kelvin_voigt(look: FirstLook) -> KelvinVoigt:
-    return KelvinVoigt.from_restitution(look.contact_frequency, look.restitution)
+    loss = math.log(look.restitution)  # without JAX, which would compile
+    return KelvinVoigt(look.contact_frequency, -loss / math.hypot(math.pi, loss))
 
 
 def _stiffness(look: FirstLook, n: float) -> float:

@@ -12,8 +12,8 @@ from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.pendulum import Pendulum
 from impactjax._parameter import parameter_of
 
-DRY_FRICTION = "dry_friction"
-_TYPICAL = {DRY_FRICTION: 0.1, "length": 1.0}  # values of optional parameters
+DRY_FRICTION, DRAG = "dry_friction", "drag"
+_TYPICAL = {DRY_FRICTION: 0.1, DRAG: 0.1, "length": 1.0}  # values of optional parameters
 
 OSCILLATORS: dict[str, Callable[[], AbstractOscillator]] = {
     "pendulum": lambda: Pendulum(10.0, 0.01),
@@ -44,11 +44,18 @@ def complete(oscillator: AbstractOscillator) -> AbstractOscillator:
 
 def with_dry_friction(oscillator: AbstractOscillator) -> AbstractOscillator:
     """An oscillator with dry friction: its own, or a typical value."""
-    return oscillator if is_dry(oscillator) else with_known(oscillator, _only_friction())
+    return _with(oscillator, DRY_FRICTION)
 
 
-def _only_friction() -> dict[str, float]:
-    return {DRY_FRICTION: _TYPICAL[DRY_FRICTION]}
+def with_drag(oscillator: AbstractOscillator) -> AbstractOscillator:
+    """An oscillator with quadratic drag: its own, or a typical value."""
+    return _with(oscillator, DRAG)
+
+
+def _with(oscillator: AbstractOscillator, name: str) -> AbstractOscillator:
+    if name in _own(oscillator) and getattr(oscillator, name) is not None:
+        return oscillator
+    return with_known(oscillator, {name: _TYPICAL[name]})
 
 
 def is_dry(oscillator: AbstractOscillator) -> bool:
@@ -59,6 +66,11 @@ def is_dry(oscillator: AbstractOscillator) -> bool:
 def may_be_dry(oscillator: AbstractOscillator) -> bool:
     """True if an oscillator has a parameter for dry friction."""
     return DRY_FRICTION in _own(oscillator)
+
+
+def may_have_drag(oscillator: AbstractOscillator) -> bool:
+    """True if an oscillator has a parameter for quadratic drag."""
+    return DRAG in _own(oscillator)
 
 
 def _own(oscillator: AbstractOscillator) -> list[str]:

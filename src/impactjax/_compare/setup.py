@@ -1,21 +1,27 @@
 """Setup of an experiment: all that is known besides the recording, read from a sidecar."""
 
-import difflib
+import dataclasses
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from impactjax._compare.laws import LAWS, NO_LAW, USUAL_LAWS
-from impactjax._compare.oscillators import DRY_FRICTION, OSCILLATORS
-from impactjax._compare.typical_systems import Law, parameters
+from impactjax._compare.named import EQUILIBRIA, SEPARATIONS, check_law, check_named
+from impactjax._compare.oscillators import (
+    DRAG,
+    DRY_FRICTION,
+    OSCILLATORS,
+    may_have_drag,
+    with_drag,
+)
+from impactjax._compare.said import refused_in_sidecar, sidecar_error
+from impactjax._compare.typical_systems import Law, Upper
+from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._parameter import ranges
+from impactjax._model.separation import AbstractSeparation
 from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import RecordingFile
-from impactjax._record.sidecar import SensorTable, line_of
-from impactjax._record.text import read_text
+from impactjax._record.sidecar import SensorTable
 from impactjax._sensor.impulse_response import ImpulseResponse
 from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.sensor import Sensor
@@ -28,18 +34,24 @@ class Setup(NamedTuple):
     - `sensor`: gain, offset, filter and noise of the instrument.
     - `dry_friction`: true with dry friction; `None` tries both in free flight.
     - `fixed`: known parameters by name; a law that does not have a parameter ignores it.
+    - `held`: names of parameters that keep their starting values.
     - `start`: starting values by name, instead of those of the first look.
     - `free`: names of parameters to fit although they are usually known.
     - `laws`: laws to try; `None` if they follow from the recording.
+    - `separation`: rule for the end of a contact; `None` for each law's own.
+    - `upper`: second stop; none if `None`.
     """
 
     oscillator: AbstractOscillator
     sensor: Sensor
     dry_friction: bool | None = None
     fixed: Mapping[str, float] = {}
+    held: Sequence[str] = ()
     start: Mapping[str, float] = {}
     free: Sequence[str] = ()
     laws: Sequence[Law] | None = None
+    separation: AbstractSeparation | None = None
+    upper: Upper | None = None
 
 
 def setup_of(
@@ -47,29 +59,81 @@ def setup_of(
 ) -> Setup:
     """The setup in a file's sidecar; `oscillator` and `laws` override it.
 
-    **Raises** `FileError` for unknown names and values out of range.
+    **Raises** `FileError` for an unknown oscillator, law, rule or equilibrium, and for what the
+    oscillator does not have.
     """
-    sidecar = file.sidecar
+    sidecar, system = file.sidecar, file.sidecar.system
     if oscillator is None:
-        name = sidecar.system.oscillator or file.recording.usual_oscillator
-        if name not in OSCILLATORS:
-            raise _wrong_name(file, "oscillator", f"unknown oscillator `{name}`", [*OSCILLATORS])
+        name = system.oscillator or file.recording.usual_oscillator
+        with refused_in_sidecar(file, "oscillator"):
+            check_named("oscillator", name, OSCILLATORS)
         oscillator = OSCILLATORS[name]()
     _check_suits(file, oscillator)
-    try:
+    with refused_in_sidecar(file, "sensor"):
         sensor = _sensor(sidecar.sensor)
-    except ValueError as error:
-        problem = str(error).removesuffix(".")
-        raise FileError(_sidecar(file), None, problem, "correct it") from error
-    for law in sidecar.system.laws or ():
-        if law not in (NO_LAW, *LAWS):
-            raise _wrong_name(file, "laws", f"unknown law `{law}`", [NO_LAW, *LAWS])
-    laws = laws or sidecar.system.laws
-    _check_values(file, oscillator, sensor, laws or USUAL_LAWS)
+    with refused_in_sidecar(file, "laws"):
+        for law in system.laws or ():
+            check_law(law)
+    upper = None
+    if sidecar.upper.gap is not None:
+        with refused_in_sidecar(file, "law"):
+            check_law(sidecar.upper.law or "restitution")
+        upper = Upper(sidecar.upper.law, sidecar.upper.gap)
+    separation = None
+    if system.separation is not None:
+        with refused_in_sidecar(file, "separation"):
+            check_named("rule of separation", system.separation, SEPARATIONS)
+        separation = SEPARATIONS[system.separation]
     asked = DRY_FRICTION in {*sidecar.fixed, *sidecar.fit.free}
-    dry_friction = True if asked else sidecar.system.dry_friction
-    free = sidecar.fit.free
-    return Setup(oscillator, sensor, dry_friction, sidecar.fixed, sidecar.start, free, laws)
+    return Setup(
+        _completed(oscillator, file),
+        sensor,
+        True if asked else system.dry_friction,
+        {**_stated(file), **sidecar.fixed},
+        start=sidecar.start,
+        free=sidecar.fit.free,
+        laws=laws or system.laws,
+        separation=separation,
+        upper=upper,
+    )
+
+
+def _completed(oscillator: AbstractOscillator, file: RecordingFile) -> AbstractOscillator:
+    """The oscillator with the equilibrium, the drag and the motion of the base in a sidecar."""
+    system, base = file.sidecar.system, file.sidecar.base
+    fields = {field.name for field in dataclasses.fields(oscillator)}
+    own = type(oscillator).__name__
+    if system.equilibrium is not None:
+        with refused_in_sidecar(file, "equilibrium"):
+            check_named("equilibrium", system.equilibrium, EQUILIBRIA)
+        if "equilibrium" not in fields:
+            problem = f"a {own} has no `equilibrium`"
+            raise sidecar_error(file, "equilibrium", problem, "use it with a pendulum")
+        oscillator = dataclasses.replace(oscillator, equilibrium=EQUILIBRIA[system.equilibrium])
+    if base.amplitude is not None and base.frequency is not None:
+        if "base" not in fields:
+            problem = f"the base of a {own} cannot move"
+            raise sidecar_error(file, "base", problem, "omit [base], or use another oscillator")
+        motion = HarmonicMotion(base.amplitude, base.frequency, base.phase)
+        with refused_in_sidecar(file, "base"):
+            oscillator = dataclasses.replace(oscillator, base=motion)
+    asked = {*file.sidecar.fixed, *file.sidecar.start, *file.sidecar.fit.free}
+    if system.drag or DRAG in asked:
+        if not may_have_drag(oscillator):
+            remedy = "omit it, or use a bouncing-ball"
+            raise sidecar_error(file, DRAG, f"a {own} has no drag", remedy)
+        with refused_in_sidecar(file, DRAG):
+            oscillator = with_drag(oscillator)
+    return oscillator
+
+
+def _stated(file: RecordingFile) -> dict[str, float]:
+    """Values in [upper] and [base] of parameters that are not to be fitted."""
+    base, gap = file.sidecar.base, file.sidecar.upper.gap
+    found = {} if gap is None else {"upper_gap": gap}
+    if base.amplitude is not None and base.frequency is not None:
+        found |= {"amplitude": base.amplitude, "frequency": base.frequency, "phase": base.phase}
+    return {name: value for name, value in found.items() if name not in file.sidecar.fit.free}
 
 
 def _sensor(own: SensorTable) -> Sensor:
@@ -91,45 +155,3 @@ def _check_suits(file: RecordingFile, oscillator: AbstractOscillator) -> None:
     own = names.get(type(oscillator), type(oscillator).__name__)
     problem = f"a record of {file.recording.observed} does not suit a {own}"
     raise FileError(file.path, None, problem, f"use {' or '.join(suited)}")
-
-
-def _check_values(
-    file: RecordingFile, oscillator: AbstractOscillator, sensor: Sensor, tried: Sequence[Law]
-) -> None:
-    """Checks that each name in [fixed], [start] and `free` exists for some law, and that its value
-    is in range.
-    """
-    given, free = {**file.sidecar.start, **file.sidecar.fixed}, file.sidecar.fit.free
-    known = parameters(oscillator, [NO_LAW, *tried]) if given or free else {}
-    if not known.keys() >= {*given, *free}:
-        known = parameters(oscillator, [NO_LAW, *LAWS]) | known
-    of_sensor = [ranges(part) for part in (sensor, sensor.low_pass) if part is not None]
-    for name in free:
-        if name not in known and not any(name in each for each in of_sensor):
-            allowed = [*known, *(each for part in of_sensor for each in part)]
-            raise _wrong_name(file, "free", f"unknown parameter `{name}`", allowed)
-        if name in file.sidecar.fixed:
-            problem = f"`{name}` is both free and fixed"
-            raise FileError(_sidecar(file), _line(file, "free"), problem, "choose one of the two")
-    for name, value in given.items():
-        if name not in known:
-            raise _wrong_name(file, name, f"unknown parameter `{name}`", list(known))
-        if not known[name].holds(jnp.asarray(value)):
-            problem = f"`{name}` must be {known[name].describe()}"
-            raise FileError(_sidecar(file), _line(file, name), problem, "correct its value")
-
-
-def _wrong_name(file: RecordingFile, key: str, problem: str, allowed: Sequence[str]) -> FileError:
-    wrong = problem.split("`")[1]
-    close = difflib.get_close_matches(wrong, allowed, 1)
-    remedy = f"did you mean `{close[0]}`" if close else f"use one of {', '.join(allowed)}"
-    return FileError(_sidecar(file), _line(file, key), problem, remedy)
-
-
-def _sidecar(file: RecordingFile) -> Path:
-    assert file.sidecar_path is not None
-    return file.sidecar_path
-
-
-def _line(file: RecordingFile, key: str) -> int | None:
-    return line_of(read_text(_sidecar(file)), key)

@@ -32,11 +32,29 @@ Positive = Annotated[float, msgspec.Meta(gt=0, le=_LARGEST)]
 
 
 class SystemTable(msgspec.Struct, forbid_unknown_fields=True):
-    """[system]: oscillator, contact laws and friction."""
+    """[system]: oscillator, contact laws, friction and drag."""
 
     oscillator: str | None = None
     laws: list[str] | None = None
     dry_friction: bool | None = None
+    drag: bool = False
+    separation: str | None = None
+    equilibrium: str | None = None
+
+
+class UpperTable(msgspec.Struct, forbid_unknown_fields=True):
+    """[upper]: position of a second stop, and its law if that is another."""
+
+    gap: Positive | None = None
+    law: str | None = None
+
+
+class BaseTable(msgspec.Struct, forbid_unknown_fields=True):
+    """[base]: harmonic motion of the base and the stops."""
+
+    amplitude: Annotated[float, msgspec.Meta(ge=0, le=_LARGEST)] | None = None
+    frequency: Positive | None = None
+    phase: Finite = 0.0
 
 
 class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -80,6 +98,8 @@ class Sidecar(msgspec.Struct, forbid_unknown_fields=True):
     """All tables of a sidecar. [truth] is for readers of the file; the package ignores it."""
 
     system: SystemTable = msgspec.field(default_factory=SystemTable)
+    upper: UpperTable = msgspec.field(default_factory=UpperTable)
+    base: BaseTable = msgspec.field(default_factory=BaseTable)
     fixed: dict[str, Finite] = msgspec.field(default_factory=dict)
     start: dict[str, Finite] = msgspec.field(default_factory=dict)
     sensor: SensorTable = msgspec.field(default_factory=SensorTable)
@@ -103,6 +123,7 @@ def read_sidecar(path: Path) -> Sidecar:
     except msgspec.ValidationError as error:
         raise _explain(path, text, tables, str(error)) from error
     _check_sensor(path, text, sidecar.sensor)
+    _check_complete(path, text, sidecar)
     _check_read(path, text, sidecar.read)
     return sidecar
 
@@ -153,6 +174,18 @@ def _check_sensor(path: Path, text: str, sensor: SensorTable) -> None:
         raise FileError(path, place, f"`{key}` and `interval` need each other", "give both")
     if sensor.impulse_response is not None and sensor.cutoff is not None:
         raise FileError(path, place, f"`{key}` and `cutoff` are two low-passes", "give one of them")
+
+
+def _check_complete(path: Path, text: str, sidecar: Sidecar) -> None:
+    """Checks that a second stop has a position, and a moving base an amplitude and a frequency."""
+    upper, base = sidecar.upper, sidecar.base
+    if upper.law is not None and upper.gap is None:
+        place = line_of(text, "upper")
+        raise FileError(path, place, "the upper stop has no position", "add `gap` under [upper]")
+    if base != BaseTable() and None in (base.amplitude, base.frequency):
+        lacks = "amplitude" if base.amplitude is None else "frequency"
+        place = line_of(text, "base")
+        raise FileError(path, place, f"[base] has no `{lacks}`", f"add `{lacks}` under [base]")
 
 
 def _check_read(path: Path, text: str, read: ReadTable) -> None:

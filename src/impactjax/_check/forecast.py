@@ -1,0 +1,220 @@
+"""Forecast of standard errors: which parameters a record like this can bound.
+
+The Cramér-Rao bound of a motion with typical values and the noise of the record, in NumPy.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from impactjax._check.flights import Motion
+from impactjax._check.noise import Noise
+from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._compare.survey import Survey
+from impactjax._model.swing import AbstractSwing
+from impactjax._record.recording import Recording
+from impactjax._sensor.low_pass import Butterworth
+from impactjax._sensor.quantity import AbstractPlace, AbstractSpeed
+
+_STEP = 1e-5  # of a parameter, relative to its scale
+_SINGULAR = 1e-12  # least eigenvalue of the scaled information that counts
+_LONGEST, _SHORTEST = 20e-3, 5e-6  # [s], range of contact durations
+_HALVINGS = 10
+BOUNDED = 0.5  # largest relative error with which a contact's duration has a bound on both sides
+
+
+class Forecast(NamedTuple):
+    """Expected standard error of a parameter.
+
+    - `value`, `error`: its value in the first look, and the error.
+    """
+
+    name: str
+    value: float
+    error: float
+    unit: str
+
+
+class Forecasts(NamedTuple):
+    """Expected standard errors in a record.
+
+    - `motion`: of the motion, and of a constant restitution.
+    - `line`: of the restitution r0 − α v.
+    - `gamma`: of the damping ratio of a contact, at the shortest duration that the record bounds.
+    - `shortest`: shortest duration of a contact [s] that has a bound on both sides; 0 if all have,
+      infinite if none has.
+    """
+
+    motion: tuple[Forecast, ...]
+    line: tuple[Forecast, ...] = ()
+    gamma: Forecast | None = None
+    shortest: float = math.inf
+
+
+def forecasts(found: Survey, noise: Noise) -> Forecasts | None:
+    """Forecast for a survey; `None` for a quantity or an oscillator without one, and for a record
+    without visible noise.
+    """
+    recording, look = found.recording, found.look
+    sampled = isinstance(recording, Recording)
+    if sampled and not isinstance(recording.quantity, AbstractPlace | AbstractSpeed):
+        return None
+    known = {type(make()) for make in OSCILLATORS.values()}
+    if type(found.look.oscillator) not in known or not noise.size > 0:
+        return None
+    rows = _Rows(found, noise)
+    stops = not look.swings_freely
+    r, lever = look.restitution, rows.lever
+    rigid = rows.usual._replace(gap=rows.usual.gap if stops else math.inf)
+    if recording.observes_impacts:
+        rows.noise = _with_scatter(noise, look.restitutions, rows.errors(rigid, _CONSTANT))
+    if not stops:
+        return Forecasts(rows.errors(rigid, {}))
+    r0, slope = look.restitution_line
+    line = rigid._replace(r0=r0, alpha=slope * lever)
+    of_line = rows.errors(line, {"r0": ("r0", 1.0, "1"), "alpha": ("alpha", lever, "s/m")})
+    motion = rows.errors(rigid, _CONSTANT)
+    loss = math.log(min(max(r, 0.05), 0.98))
+    gamma = -loss / math.hypot(math.pi, loss)
+
+    def soft(duration: float) -> tuple[Forecast, ...]:
+        omega0 = math.pi / (duration * math.sqrt(1 - gamma**2))
+        names = {"omega0": ("omega0", 1.0, "rad/s"), "gamma": ("gamma", 1.0, "1")}
+        return rows.errors(rigid._replace(omega0=omega0, gamma=gamma), names)
+
+    shortest, at = _shortest(soft)
+    own = next(each for each in soft(at) if each.name == "gamma")
+    names = {"r", "r0", "alpha"}
+    return Forecasts(motion, tuple(each for each in of_line if each.name in names), own, shortest)
+
+
+def _with_scatter(noise: Noise, ratios: np.ndarray, found: tuple[Forecast, ...]) -> Noise:
+    """The noise of impact times, as large as the mean of the flights' ratios is uncertain: times
+    alone do not tell an error of the clock from a restitution that changes from impact to impact,
+    and then adds up.
+    """
+    own = {each.name: each.error for each in found}
+    if "r" not in own or len(ratios) < 3:
+        return noise
+    plain = float(np.std(ratios, ddof=1)) / math.sqrt(len(ratios))
+    return noise._replace(size=noise.size * max(plain / own["r"], 1.0))
+
+
+def _shortest(soft: Callable[[float], tuple[Forecast, ...]]) -> tuple[float, float]:
+    """The shortest contact with a bound on both sides, by bisection, and one that is in range."""
+
+    def bounded(duration: float) -> bool:
+        own = next(each for each in soft(duration) if each.name == "omega0")
+        return own.error < BOUNDED * own.value
+
+    if not bounded(_LONGEST):
+        return math.inf, _LONGEST
+    if bounded(_SHORTEST):
+        return 0.0, _SHORTEST
+    low, high = _SHORTEST, _LONGEST
+    for _ in range(_HALVINGS):
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if bounded(middle) else (middle, high)
+    return high, high
+
+
+class _Rows:
+    """Observations of a motion like the recorded one, and their derivatives."""
+
+    def __init__(self, found: Survey, noise: Noise) -> None:
+        recording, look, setup = found.recording, found.look, found.setup
+        oscillator = look.oscillator
+        swing = isinstance(oscillator, AbstractSwing)
+        given = {**setup.start, **setup.fixed}
+        self.noise, self.setup, self.recording = noise, setup, recording
+        self.lever = float(oscillator.lever())
+        self.symbol = "theta" if oscillator.is_angle() else "x"
+        self.usual = Motion(
+            float(oscillator.omega_n) if swing else 0.0,
+            float(oscillator.zeta) if swing else 0.0,
+            0.0 if swing else float(oscillator.weight() or 0.0),
+            float(look.initial.position),
+            float(look.initial.velocity),
+            float(given.get("gap", 0.0)),
+            look.restitution,
+            0.0,
+            is_angle=oscillator.is_angle(),
+        )
+        instants = np.asarray(recording.instants, float)
+        self.ts = np.linspace(instants[0], np.nanmax(instants), len(instants))
+
+    def errors(
+        self, motion: Motion, contact: dict[str, tuple[str, float, str]]
+    ) -> tuple[Forecast, ...]:
+        """Forecasts of all parameters that a fit would find.
+
+        `contact` holds those of the contact: the field of `motion`, the divisor that gives the
+        parameter from the field's value, and the unit.
+        """
+        place, unit = (self.symbol, "rad" if motion.is_angle else "m")
+        names = {} if motion.omega_n == 0 else _SWING
+        names = {**names, **contact, f"{place}_dot0": ("rate", 1.0, f"{unit}/s")}
+        if not self.recording.observes_impacts:
+            names |= {f"{place}0": ("place", 1.0, unit)}
+        fixed = {*self.setup.fixed, *self.setup.held}
+        names = {name: each for name, each in names.items() if name not in fixed}
+        if "gap" in self.setup.free and math.isfinite(motion.gap):
+            names["gap"] = ("gap", 1.0, unit)
+        columns = [self._slope(motion, field) for field, _, _ in names.values()]
+        if "offset" in self.setup.free or self.recording.observes_impacts:
+            columns.append(np.ones_like(columns[0]))
+        errors = self._bound(np.stack(columns, axis=1))
+        return tuple(
+            Forecast(name, getattr(motion, field) / by, float(error) / by, unit)
+            for (name, (field, by, unit)), error in zip(names.items(), errors, strict=False)
+        )
+
+    def _slope(self, motion: Motion, field: str) -> np.ndarray:
+        value = getattr(motion, field)
+        scale = {"rate": max(abs(value), 0.1), "alpha": 0.1, "zeta": 0.01, "gap": 0.01}
+        step = _STEP * scale.get(field, max(abs(value), 1e-3))
+        above = self._observed(motion._replace(**{field: value + step}))
+        below = self._observed(motion._replace(**{field: value - step}))
+        slope = (above - below) / (2 * step)
+        return np.where(np.isfinite(slope), slope, 0.0)
+
+    def _observed(self, motion: Motion) -> np.ndarray:
+        if self.recording.observes_impacts:
+            later = self.ts[0] + 2 * (self.ts[-1] - self.ts[0])
+            count = len(self.ts)
+            hits = motion.along(np.linspace(self.ts[0], later, 8))[1][: count - 1]
+            return np.concatenate([[0.0], hits, np.full(count - 1 - len(hits), np.nan)])
+        values, _ = motion.along(self.ts)
+        assert isinstance(self.recording, Recording)
+        if not isinstance(self.recording.quantity, AbstractPlace):
+            values = np.gradient(values, self.ts)
+        return self._filtered(values)
+
+    def _filtered(self, values: np.ndarray) -> np.ndarray:
+        low_pass, rate = self.setup.sensor.low_pass, 1 / (self.ts[1] - self.ts[0])
+        if not isinstance(low_pass, Butterworth) or float(low_pass.cutoff) > 0.45 * rate:
+            return values
+        k, count = np.arange(low_pass.order), len(values)
+        poles = np.exp(1j * np.pi * (2 * k + low_pass.order + 1) / (2 * low_pass.order))
+        at = 1j * np.fft.rfftfreq(2 * count, 1 / rate)[:, None] / float(low_pass.cutoff)
+        response = 1 / np.prod(at - poles, axis=1)
+        motion = np.fft.rfft(values - values[0], 2 * count)  # it rests before the first sample
+        return values[0] + np.fft.irfft(response * motion, 2 * count)[:count]
+
+    def _bound(self, slopes: np.ndarray) -> np.ndarray:
+        """Square roots of the diagonal of the inverse information."""
+        seen = slopes[np.asarray(self.recording.valid)[: len(slopes)]]
+        sizes = np.linalg.norm(seen, axis=0)
+        scaled = seen / np.where(sizes > 0, sizes, 1.0)
+        values, vectors = np.linalg.eigh(scaled.T @ scaled)
+        variances = (vectors**2) @ (1 / np.maximum(values, _SINGULAR))
+        size = self.noise.size * math.sqrt(self.noise.memory)
+        return np.where(
+            sizes > 0, size * np.sqrt(variances) / np.where(sizes > 0, sizes, 1), np.inf
+        )
+
+
+_CONSTANT = {"r": ("r0", 1.0, "1")}
+_SWING = {"omega_n": ("omega_n", 1.0, "rad/s"), "zeta": ("zeta", 1.0, "1")}

@@ -1,0 +1,84 @@
+"""The command `impactjax check`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from impactjax._check.check import checked
+from impactjax._cli.files import in_folder
+from impactjax._cli.options import FIX_HELP, FREE_HELP, options, surveyed
+from impactjax._cli.refusal import Refusal, check_names
+from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._record.file_error import FileError
+from impactjax._report.check_figure import write_check
+
+_SUFFIX = "-check.png"  # added to the name of a recording
+
+
+def check_command(
+    recordings: Annotated[
+        list[Path], typer.Argument(metavar="RECORDING", help="File, or several.")
+    ],
+    system: Annotated[
+        str | None,
+        typer.Option("--system", metavar="NAME", help=f"What moves: {', '.join(OSCILLATORS)}."),
+    ] = None,
+    free: Annotated[
+        list[str] | None, typer.Option("--free", metavar="NAME", help=FREE_HELP)
+    ] = None,
+    fix: Annotated[
+        list[str] | None, typer.Option("--fix", metavar="NAME[=VALUE]", help=FIX_HELP)
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Where to draw the record, NAME-check.png."),
+    ] = None,
+    sidecar: Annotated[
+        Path | None,
+        typer.Option("--sidecar", metavar="FILE", help="TOML file to use instead of NAME.toml."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files in DIR.")] = False,
+) -> None:
+    """Look at a recording before any fit: what was read, noise, impacts, what looks wrong, and
+    which parameters such a record can bound. It takes seconds.
+
+    `fit` prints the same first. With --out, the record is drawn with its impacts marked.
+
+    \b
+    Examples:
+      impactjax check swing.csv
+      impactjax check swing.csv bounces.wav --out results
+      impactjax check drop.csv --system bouncing-ball
+    """  # noqa: D301  Click takes the backspace as "do not wrap"
+    try:
+        check_names([], system)
+        said = options(free or [], fix or [])
+        oscillator = None if system is None else OSCILLATORS[system]()
+        once = dict.fromkeys(recordings)
+        checks = [checked(surveyed(path, sidecar, oscillator, None, said)) for path in once]
+        targets = _targets(out, [*once], force)
+        for check in checks:
+            typer.echo(f"{check}\n")
+        for target, check in zip(targets, checks, strict=bool(targets)):
+            write_check(target, check, force)
+    except (FileError, Refusal) as error:
+        typer.echo(f"impactjax: {error}", err=True)
+        raise typer.Exit(2) from error
+    except OSError as error:
+        typer.echo(f"impactjax: {out} cannot be written to ({error.strerror}).", err=True)
+        raise typer.Exit(2) from error
+    if targets:
+        typer.echo(f"Written: {', '.join(str(path) for path in targets)}")
+
+
+def _targets(out: Path | None, recordings: Sequence[Path], force: bool) -> list[Path]:
+    """The pictures to write, one for each recording. Creates their folder."""
+    if out is None:
+        return []
+    targets = [out / f"{path.stem}{_SUFFIX}" for path in recordings]
+    if len({*targets}) < len(targets):
+        raise Refusal("two recordings have one name, and so would their pictures; omit --out.")
+    in_folder(out, targets, force)
+    return targets

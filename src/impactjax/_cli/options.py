@@ -1,0 +1,99 @@
+"""Options of a fit that say what Python can say, from their texts."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from impactjax._check.noise import noise_of
+from impactjax._cli.refusal import Refusal
+from impactjax._compare.named import LOSSES, check_named
+from impactjax._compare.survey import Survey, survey
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._problem.loss import AbstractLoss, Squares
+from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._record.file_error import FileError
+from impactjax._record.read_recording import read_recording
+
+FREE_HELP = "A parameter to fit although it is usually known. May be given several times."
+FIX_HELP = (
+    "A parameter not to fit, at a value in SI units and radians, or where the search would start. "
+    "May be given several times."
+)
+LOSS_HELP = (
+    f"Cost of a residual: {', '.join(LOSSES)}. SCALE is the size of a large one in the SI unit; by "
+    "default twice the noise."
+)
+_USUAL_SCALE = 2.0  # in standard deviations of the noise
+
+
+class Options(NamedTuple):
+    """Options of a fit: names to free, values to fix (`None` where a search starts), and a loss."""
+
+    free: tuple[str, ...]
+    fixed: dict[str, float | None]
+    loss: str = "squares"
+
+    def loss_for(self, recording: AbstractRecording) -> AbstractLoss:
+        """The loss, with a scale that follows from the noise of a recording unless it was given.
+
+        **Raises** `Refusal` for a recording that shows no noise.
+        """
+        name, _, scale = self.loss.partition("=")
+        if name == "squares":
+            return Squares()
+        size = float(scale) if scale else _USUAL_SCALE * noise_of(recording).size
+        if not size > 0:
+            raise Refusal(f"the record shows no noise; give a scale, as in --loss {name}=0.001.")
+        return LOSSES[name](size)
+
+
+def options(free: Sequence[str], fix: Sequence[str], loss: str = "squares") -> Options:
+    """Options from their texts. Raises `Refusal`."""
+    name, equals, scale = loss.partition("=")
+    try:
+        check_named("loss", name, LOSSES)
+    except ValueError as error:
+        raise Refusal(str(error)) from error
+    if equals and (name == "squares" or not _number("--loss", loss, scale) > 0):
+        remedy = "has no scale" if name == "squares" else "needs a scale greater than 0"
+        raise Refusal(f"the loss `{name}` {remedy}.")
+    return Options(tuple(free), dict(_fixed(text) for text in fix), loss)
+
+
+def surveyed(
+    path: Path,
+    sidecar: Path | None,
+    oscillator: AbstractOscillator | None,
+    laws: Sequence[str] | None,
+    said: Options,
+) -> Survey:
+    """The survey of a recording with what the options say. Raises `FileError` or `Refusal`."""
+    try:
+        file = read_recording(path, sidecar)
+        return survey(file, oscillator=oscillator, laws=laws, fixed=said.fixed, free=said.free)
+    except FileError:
+        raise
+    except ValueError as error:
+        raise Refusal(f"{path}: {error}") from error
+
+
+def _fixed(text: str) -> tuple[str, float | None]:
+    name, equals, value = text.partition("=")
+    if not re.fullmatch(r"\w+", name):
+        raise Refusal(f"`{text}` is neither NAME nor NAME=VALUE.")
+    return name, _number("--fix", text, value) if equals else None
+
+
+def _number(option: str, text: str, value: str) -> float:
+    """A finite number from a part of an option's text. Raises `Refusal`."""
+    try:
+        found = float(value)
+    except ValueError as error:
+        sentence = f"`{value}` in {option} `{text}` is not a number in the SI unit."
+        raise Refusal(sentence) from error
+    if not np.isfinite(found) or "_" in value:
+        raise Refusal(f"`{value}` in {option} `{text}` is not a finite number.")
+    return found

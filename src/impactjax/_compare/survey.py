@@ -1,0 +1,120 @@
+"""The survey of a recording: all that is known of it, and seen in it before any fit."""
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from impactjax._compare.adjust import WHERE, adjusted
+from impactjax._compare.named import check_law
+from impactjax._compare.oscillators import (
+    DRAG,
+    DRY_FRICTION,
+    OSCILLATORS,
+    may_have_drag,
+    with_drag,
+)
+from impactjax._compare.requests import check_requests
+from impactjax._compare.setup import Setup, setup_of
+from impactjax._compare.typical_systems import Law
+from impactjax._first_look.first_look import FirstLook
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._record.read_recording import RecordingFile, read_recording
+from impactjax._refusal import check_kind
+from impactjax._sensor.sensor import Sensor
+
+
+class Survey(NamedTuple):
+    """A recording with all that is known of it and seen in it before any fit.
+
+    - `name`: name of the recording.
+    - `file`: file with its sidecar; `None` for a recording from memory.
+    - `recording`: recording with its sign corrected and a hand's part cut off.
+    - `look`: first estimates.
+    - `setup`: all that is known besides the recording.
+    - `notes`: sentences on samples left out, a sign turned and values assumed.
+    """
+
+    name: str
+    file: RecordingFile | None
+    recording: AbstractRecording
+    look: FirstLook
+    setup: Setup
+    notes: tuple[str, ...]
+
+
+def survey(
+    record: str | Path | RecordingFile | AbstractRecording,
+    *,
+    oscillator: AbstractOscillator | None = None,
+    laws: Sequence[Law] | None = None,
+    sensor: Sensor | None = None,
+    fixed: Mapping[str, float | None] = {},
+    start: Mapping[str, float] = {},
+    free: Sequence[str] = (),
+) -> Survey:
+    """Survey of a recording; arguments and errors are those of `prepare`."""
+    for law in laws or ():
+        check_law(law)
+    if oscillator is not None:
+        check_kind("oscillator", oscillator, AbstractOscillator, "Pendulum(13.0)")
+    if isinstance(record, str | Path):
+        record = read_recording(record)
+    file = record if isinstance(record, RecordingFile) else None
+    if isinstance(record, RecordingFile):
+        setup, name = setup_of(record, oscillator, laws), str(record.path)
+        recording, notes = record.recording, list(record.notes)
+        chosen = record.sidecar.read.window is not None
+        said = _said(record)
+    else:
+        check_kind("record", record, AbstractRecording, "Recording(ts, values, Angle())")
+        recording, notes, name, chosen, said = record, [], "recording", False, set()
+        setup = Setup(oscillator or OSCILLATORS[record.usual_oscillator](), Sensor(), laws=laws)
+    setup = _with_arguments(setup, sensor, fixed, start, free)
+    arguments = {*fixed, *start, *free}
+    said |= arguments | ({*WHERE} if sensor is not None else set())
+    if not recording.suits(setup.oscillator):
+        kind = type(setup.oscillator).__name__
+        raise ValueError(f"A record of {recording.observed} does not suit a {kind}.")
+    check_requests(setup, file, arguments)
+    recording, look, setup = adjusted(recording, setup, said, chosen, notes)
+    return Survey(name, file, recording, look, setup, tuple(notes))
+
+
+def _said(file: RecordingFile) -> set[str]:
+    """Names of the parameters that the sidecar mentions."""
+    sensor = file.sidecar.sensor
+    given = {"gain": sensor.gain, "offset": sensor.offset}
+    named = {*file.sidecar.start, *file.sidecar.fixed, *file.sidecar.fit.free}
+    return named | {name for name, value in given.items() if value is not None}
+
+
+def _with_arguments(
+    setup: Setup,
+    sensor: Sensor | None,
+    fixed: Mapping[str, float | None],
+    start: Mapping[str, float],
+    free: Sequence[str],
+) -> Setup:
+    """The setup with the sidecar's statements overridden by the arguments."""
+    own_fixed = {name: value for name, value in setup.fixed.items() if name not in {*free, *start}}
+    begun = {name: value for name, value in setup.fixed.items() if name in free} | {**setup.start}
+    own_start = {name: value for name, value in begun.items() if fixed.get(name) is None}
+    own_free = [name for name in setup.free if name not in fixed]
+    said = {*fixed, *start, *free}
+    values = {name: value for name, value in fixed.items() if value is not None}
+    held = [name for name, value in fixed.items() if value is None and name not in own_fixed]
+    return setup._replace(
+        oscillator=_with_asked_drag(setup.oscillator, said),
+        sensor=setup.sensor if sensor is None else sensor,
+        fixed={**own_fixed, **values},
+        held=held,
+        start={**own_start, **start},
+        free=[*dict.fromkeys([*own_free, *free])],
+        dry_friction=True if DRY_FRICTION in said else setup.dry_friction,
+    )
+
+
+def _with_asked_drag(oscillator: AbstractOscillator, said: Collection[str]) -> AbstractOscillator:
+    """The oscillator with drag, if the user spoke of it and the oscillator may have it."""
+    return with_drag(oscillator) if DRAG in said and may_have_drag(oscillator) else oscillator
