@@ -15,7 +15,8 @@ def adjusted(
     recording: AbstractRecording, setup: Setup, said: set[str], chosen: bool, notes: list[str]
 ) -> tuple[AbstractRecording, FirstLook, Setup]:
     """The recording with its sign corrected and a hand's part cut off, the first look at it, and
-    the setup with what follows from it.
+    the setup with what follows from it. The zero of a motion with impacts is fitted, unless it is
+    stated: an error of half the noise would put stiffnesses outside their intervals.
 
     **Arguments:**
 
@@ -30,6 +31,8 @@ def adjusted(
             recording, look = _turned(recording, look, setup, notes)
         if not said & WHERE and setup.upper is None:
             setup, look = _placed(recording, look, setup, notes)
+        if not said & {"offset"} and not look.swings_freely:
+            setup = setup._replace(free=(*dict.fromkeys([*setup.free, "offset"]),))
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)
     return recording, look, setup

@@ -21,7 +21,7 @@ from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.separation import AbstractSeparation
 from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import RecordingFile
-from impactjax._record.sidecar import SensorTable
+from impactjax._record.sidecar import SensorTable, Sidecar
 from impactjax._sensor.impulse_response import ImpulseResponse
 from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.sensor import Sensor
@@ -90,12 +90,20 @@ def setup_of(
         sensor,
         True if asked else system.dry_friction,
         {**_stated(file), **sidecar.fixed},
+        held=_measured(sidecar),
         start=sidecar.start,
         free=sidecar.fit.free,
         laws=laws or system.laws,
         separation=separation,
         upper=upper,
     )
+
+
+def _measured(sidecar: Sidecar) -> list[str]:
+    """Names of the sensor's parameters that a sidecar states and does not ask to fit."""
+    own = {"gain": sidecar.sensor.gain, "offset": sidecar.sensor.offset}
+    other = {*sidecar.start, *sidecar.fixed, *sidecar.fit.free}
+    return [name for name, value in own.items() if value is not None and name not in other]
 
 
 def _completed(oscillator: AbstractOscillator, file: RecordingFile) -> AbstractOscillator:

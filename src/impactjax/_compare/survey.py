@@ -104,6 +104,7 @@ def _with_arguments(
     said = {*fixed, *start, *free}
     values = {name: value for name, value in fixed.items() if value is not None}
     held = [name for name, value in fixed.items() if value is None and name not in own_fixed]
+    held += [name for name in setup.held if name not in said]
     return setup._replace(
         oscillator=_with_asked_drag(setup.oscillator, said),
         sensor=setup.sensor if sensor is None else sensor,
