@@ -99,6 +99,10 @@ def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
     They are the parameters of sensor, stops and oscillator that were neither fitted nor tied. Those
     that the fitted parameters can replace, such as a mass, are not among them.
 
+    **Arguments:**
+
+    - `estimate`: estimate of a single fit.
+
     **Raises** `ValueError` for an estimate under `jit` or of many fits, and for one that did not
     converge.
     """
@@ -122,6 +126,7 @@ def with_left_out(
 
     **Arguments:**
 
+    - `estimate`: estimate of a single fit.
     - `known`: names of parameters that were measured, and are not to be freed.
     - `optimiser`: settings of the search.
 

@@ -21,7 +21,8 @@ from impactjax._fit.mixed_model import MixedModel, OwnNoise, marginal_likelihood
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.uncertainty import verdicts, within_ranges
 from impactjax._known import AnyArray, is_known, known, namespace
-from impactjax._problem.problem import Problem, padded_size
+from impactjax._problem.padding import padded_size
+from impactjax._problem.problem import Problem
 from impactjax._simulate.impact_log import ImpactLog
 
 _ROUNDS = 4  # linearisations

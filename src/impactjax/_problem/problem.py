@@ -6,7 +6,6 @@ A search, a sampler or another optimiser needs `names`, `start`, `residuals(valu
 
 import abc
 import dataclasses
-import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeVar
 
@@ -22,6 +21,7 @@ from impactjax._parameter import Range
 from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.misfit import misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
+from impactjax._problem.padding import padded_size
 from impactjax._problem.parameters import Handle, handles, replaced
 from impactjax._problem.scatter import AbstractScatter, NoScatter
 from impactjax._record.abstract_recording import AbstractRecording, Residuals, Valid
@@ -295,9 +295,3 @@ class Problem(AbstractProblem):
 
         jacobian, answer = jax.jacfwd(residuals, has_aux=True)(values)
         return answer._replace(jacobian=jacobian)
-
-
-def padded_size(count: int) -> int:
-    """The smallest of the numbers 8, 12, 16, 24, 32, ... that is at least `count`."""
-    power = 8 << max(math.ceil(math.log2(count / 8)), 0)
-    return power * 3 // 4 if count <= power * 3 // 4 and power > 8 else power
