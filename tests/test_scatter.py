@@ -43,7 +43,7 @@ def closed_form(values):
     """The same in closed form: three impacts of a rigid stop before 1.9 s."""
     r, *factors = values
     speed = np.sqrt(2 * GRAVITY)
-    t = speed / GRAVITY
+    now, t = 0.0, speed / GRAVITY
     for factor in (*factors, 1.0)[:3]:
         speed = r * factor * speed
         now, t = t, t + 2 * speed / GRAVITY
@@ -204,12 +204,14 @@ def test_jit_and_host_agree_on_scatter():
     np.testing.assert_allclose(found.values, values[0], rtol=1e-7)
     np.testing.assert_allclose(found.low, low[0], rtol=1e-6)
     np.testing.assert_allclose(found.high, high[0], rtol=1e-6)
+    assert found.scatter is not None
     np.testing.assert_allclose(found.scatter.high, size.high[0], rtol=1e-4)
 
 
 def test_scatter_is_found_where_it_is():
     rng = np.random.default_rng(5)
     found = ij.fit(experiment(jnp.asarray(bounce_times(rng, 0.01))))
+    assert found.scatter is not None
     assert found.scatter.low > 0
     assert "scatter from impact to impact" in str(found)
     low, high = found.scatter.single

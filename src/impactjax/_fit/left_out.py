@@ -215,8 +215,8 @@ def _column(estimate: Estimate[Problem], handle: Handle, evaluated: Evaluate) ->
         effect = float(np.max(np.abs(difference(_FIRST * (abs(float(held)) or 1.0)))))
         if not np.isfinite(effect) or effect == 0:
             return None
-        span = float(np.ptp(np.asarray(problem.recording.values)[np.asarray(problem.valid)]))
-        column = difference(_CHANGE * span / effect)
+        lowest, highest = problem.recording.span()
+        column = difference(_CHANGE * (highest - lowest) / effect)
     return column if np.all(np.isfinite(column)) else None
 
 
@@ -271,6 +271,7 @@ def _beside(jacobian: np.ndarray, column: Column) -> Column:
 def _variance(problem: Problem, scores: Column, column: Column) -> Float[Array, ""]:
     """Variance of the product of a column with errors that are distributed like the scores."""
     count = problem.observations.astype(scores.dtype)
-    if problem.is_classical():
-        return problem.variance() * jnp.sum(column**2)
+    variance = problem.variance()
+    if variance is not None and problem.is_classical():
+        return variance * jnp.sum(column**2)
     return problem.noise.spread(scores, count, column[:, None])[0, 0]
