@@ -35,11 +35,11 @@ from impactjax._fit.fit_together import of_experiment as of_experiment
 from impactjax._fit.fitted_parameter import FittedParameter as FittedParameter
 from impactjax._fit.learn import learn as learn
 from impactjax._fit.learned import Learned as Learned
-from impactjax._fit.left_out import HeldParameter as HeldParameter
 from impactjax._fit.left_out import left_out as left_out
 from impactjax._fit.left_out import with_left_out as with_left_out
 from impactjax._fit.profile import profiled as profiled
 from impactjax._fit.scatter_found import Scatter as Scatter
+from impactjax._fit.score_test import HeldParameter as HeldParameter
 from impactjax._fit.starts import Starts as Starts
 from impactjax._fit.verdict import Verdict as Verdict
 from impactjax._identify.directions import Directions as Directions

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.left_out import HeldParameter, needed
+from impactjax._fit.left_out import needed, sensor_with
+from impactjax._fit.score_test import HeldParameter
 from impactjax._fit.search import Search
 from impactjax._number_format import with_error, with_unit
 from impactjax._problem.experiment import Experiment
@@ -20,7 +21,7 @@ def missing(
     estimate: Estimate[Problem], experiment: Experiment, search: Search
 ) -> list[HeldParameter]:
     """The parameters that the record asks for beside those fitted and those stated by the user."""
-    if not bool(estimate.usable):
+    if not bool(estimate.converged):
         return []
     return needed(estimate, tuple(experiment.fixed), search)
 
@@ -29,14 +30,19 @@ def with_missing(
     experiment: Experiment, problem: Problem, found: Sequence[HeldParameter]
 ) -> Experiment:
     """The experiment with more parameters to fit, those that its model has."""
-    names = [each.name for each in found if each.name in handles(problem.system)]
-    return dataclasses.replace(experiment, free=tuple(dict.fromkeys([*experiment.free, *names])))
+    sensor = sensor_with(experiment.sensor, found)
+    known = handles(dataclasses.replace(problem.system, sensor=sensor))
+    names = [each.name for each in found if each.name in known]
+    free = tuple(dict.fromkeys([*experiment.free, *names]))
+    return dataclasses.replace(experiment, sensor=sensor, free=free)
 
 
 def values_before(problem: Problem, estimate: Estimate[Problem]) -> np.ndarray:
     """The values of a problem's parameters at an estimate with fewer of them."""
-    known = handles(estimate.system)
-    return np.array([float(known[name].get(estimate.system)) for name in problem.names])
+    own, before = handles(problem.system), handles(estimate.system)
+    each = {name: handle.get(problem.system) for name, handle in own.items()}
+    each |= {name: handle.get(estimate.system) for name, handle in before.items() if name in each}
+    return np.array([float(each[name]) for name in problem.names])
 
 
 def missing_words(
@@ -55,7 +61,7 @@ def missing_words(
 def _freed(held: HeldParameter, after: Estimate[Problem]) -> str:
     own = after[held.name]
     shown = with_unit(with_error(own.value, own.standard_error), own.unit)
-    return f"`{held.name}` = {shown} instead of {held.held:.4g}"
+    return f"`{held.name}` = {shown} instead of {held.instead}"
 
 
 def _has_moved(name: str, before: Estimate[Problem], after: Estimate[Problem]) -> bool:

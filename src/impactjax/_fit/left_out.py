@@ -1,103 +1,50 @@
 """Parameters that a fit held at a value: does the record ask for them?
 
-The score test of Rao: with one more column c of the Jacobian, and c⊥ its part beside the fitted
-parameters' columns, freeing the parameter lowers AIC by
-
-    (c⊥ · e)² / var(c⊥ · e) − 2.
-
-The noise model gives the variance from the residuals e without their part along c⊥. The columns are
-central differences of the evaluation that the fit compiled, so that no program is compiled.
-
-Source: C. R. Rao (1948), "Large sample tests of statistical hypotheses concerning several
-parameters with applications to problems of estimation", Mathematical Proceedings of the Cambridge
-Philosophical Society 44, 50.
+Their columns of the Jacobian are central differences of the evaluation that the fit compiled, so
+that no program is compiled.
 """
 
 import dataclasses
+import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.evaluation import Evaluate
+from impactjax._fit.filtered import filtered_records
 from impactjax._fit.fit import best_from
+from impactjax._fit.score_test import (
+    Around,
+    Candidate,
+    Column,
+    HeldParameter,
+    linearised,
+    root_weights,
+    tested,
+)
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
-from impactjax._known import AnyArray, is_known, known
+from impactjax._known import is_known, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
-from impactjax._parameter import Range
 from impactjax._problem.parameters import Handle, handles, with_values
 from impactjax._problem.problem import Problem
+from impactjax._sensor.low_pass import Butterworth
+from impactjax._sensor.sensor import Sensor
 
-CLEAR = 10.0  # expected fall of AIC from which a parameter is needed
 _ROUNDS = 3  # fits with more and more parameters
 _TESTED = ("gap", "drag", "dry_friction")  # beside those of the sensor
 _FIRST = 1e-7  # first step of a difference, relative to the value, or in its unit
 _CHANGE = 1e-5  # change of the record by the final step, relative to its span
-_COLLINEAR = 1e-4  # length of c⊥ relative to c below which the fitted parameters can replace it
-
-Column = Float[AnyArray, " observations"]
-
-
-class HeldParameter(NamedTuple):
-    """A parameter that a fit held at a value.
-
-    - `name`, `unit`.
-    - `held`: its value.
-    - `value`, `standard_error`: estimate if it were fitted, in linear approximation.
-    - `gain`: expected fall of AIC if it were fitted.
-    """
-
-    name: str
-    unit: str
-    held: float
-    value: float
-    standard_error: float
-    gain: float
-
-    @property
-    def is_needed(self) -> bool:
-        """True if fitting the parameter would lower AIC clearly, by 10 or more."""
-        return self.gain >= CLEAR
-
-    def __str__(self) -> str:
-        return (
-            f"{self.name}: {self.value:.4g} ± {self.standard_error:.2g} {self.unit} instead of "
-            f"{self.held:.4g}, AIC {-self.gain:+.0f}"
-        )
-
-
-class _Candidate(NamedTuple):
-    """A held parameter with its column of the Jacobian."""
-
-    name: str
-    allowed: Range
-    held: float
-    column: Column
-
-
-class _Around(NamedTuple):
-    """Residuals around an estimate and their Jacobian, both with the weights of the loss."""
-
-    residuals: Column
-    jacobian: Float[AnyArray, "observations parameters"]
-
-    def beside(self, column: Column) -> "_Around":
-        """The residuals and the Jacobian with one more column, along which no residual is left."""
-        rest = _beside(self.jacobian, column)
-        left = self.residuals - rest * (rest @ self.residuals) / (rest @ rest)
-        return _Around(left, np.concatenate([self.jacobian, column[:, None]], axis=1))
 
 
 def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
     """The parameters that a fit held at a value, those first that would lower AIC the most.
 
-    They are the parameters of sensor, stops and oscillator that were neither fitted nor tied. Those
-    that the fitted parameters can replace, such as a mass, are not among them.
+    They are the gap of each stop, drag and dry friction of an oscillator that has them, and the
+    parameters of the sensor, if they were neither fitted nor tied. The cutoff of a low-pass that
+    the sensor does not have is among them if the record looks filtered.
 
     **Arguments:**
 
@@ -107,9 +54,8 @@ def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
     converge.
     """
     candidates = _candidates(estimate, Search().evaluate)
-    around = _around(estimate)
-    found = [_tested(estimate, around, each) for each in candidates]
-    return tuple(sorted(found, key=lambda each: -each.gain))
+    tests = _tests(estimate, linearised(estimate), candidates)
+    return tuple(sorted((held for held, _ in tests), key=lambda held: -held.gain))
 
 
 def with_left_out(
@@ -133,10 +79,10 @@ def with_left_out(
     **Raises** `ValueError` as `left_out` does.
     """
     for _ in range(_ROUNDS):
-        names = [each.name for each in needed(estimate, known)]
-        if not names:
+        found = needed(estimate, known)
+        if not found:
             return estimate
-        problem = freed(estimate, names)
+        problem = _freed(estimate, found)
         more = best_from(problem, Starts(1).lanes(problem), optimiser)
         if not (bool(more.converged) and float(more.aic) < float(estimate.aic)):
             return estimate
@@ -149,27 +95,48 @@ def needed(
 ) -> list[HeldParameter]:
     """The parameters to be freed together: each the most needed one beside those before it."""
     candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in known]
-    around = _around(estimate)
+    around = linearised(estimate)
     found: list[HeldParameter] = []
-    while candidates:
-        tested = [_tested(estimate, around, each) for each in candidates]
-        best = max(range(len(tested)), key=lambda i: tested[i].gain)
-        if not tested[best].is_needed:
+    while tests := _tests(estimate, around, candidates):
+        held, column = max(tests, key=lambda test: test[0].gain)
+        if not held.is_needed:
             break
-        found.append(tested[best])
-        around = around.beside(candidates.pop(best).column)
+        found.append(held)
+        around = around.beside(column)
+        candidates = [each for each in candidates if each.name != held.name]
     return found
 
 
-def freed(estimate: Estimate[Problem], names: Sequence[str]) -> Problem:
+def sensor_with(sensor: Sensor, found: Sequence[HeldParameter]) -> Sensor:
+    """The sensor, with a Butterworth low-pass of order 2 if a cutoff was found and it has none."""
+    cutoffs = [each.value for each in found if each.name == "cutoff"]
+    if not cutoffs or sensor.low_pass is not None:
+        return sensor
+    return dataclasses.replace(sensor, low_pass=Butterworth(cutoffs[0]))
+
+
+def _freed(estimate: Estimate[Problem], found: Sequence[HeldParameter]) -> Problem:
     """The problem with some more parameters to fit, which starts from the estimate."""
-    problem = estimate.problem
-    system = estimate.system
-    order = tuple(name for name in handles(system) if name in {*problem.names, *names})
+    problem, system = estimate.problem, estimate.system
+    system = dataclasses.replace(system, sensor=sensor_with(system.sensor, found))
+    wanted = {*problem.names, *(each.name for each in found)}
+    order = tuple(name for name in handles(system) if name in wanted)
     return dataclasses.replace(problem, system=system, names=order)
 
 
-def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[_Candidate]:
+def _tests(
+    estimate: Estimate[Problem], around: Around, candidates: Sequence[Candidate]
+) -> list[tuple[HeldParameter, Column]]:
+    """The tests of some candidates with their columns; of several low-passes the best one."""
+    found: dict[str, tuple[HeldParameter, Column]] = {}
+    for each in candidates:
+        test = tested(estimate, around, each)
+        if each.name not in found or test.gain > found[each.name][0].gain:
+            found[each.name] = test, each.column
+    return [*found.values()]
+
+
+def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[Candidate]:
     """The held parameters of sensor, stops and oscillator, with their columns."""
     if not is_known(estimate):
         raise ValueError(
@@ -180,7 +147,7 @@ def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[_Candi
         raise ValueError("The fit did not converge: what it left out cannot be tested.")
     if estimate.scatter is not None:
         return []
-    problem, system = estimate.problem, estimate.system
+    problem, system, root = estimate.problem, estimate.system, root_weights(estimate)
     taken = {*problem.names, *(name for name, _ in problem.ties)}
     found = []
     for name, handle in handles(system).items():
@@ -188,8 +155,9 @@ def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[_Candi
             held = float(handle.get(system))
             column = _column(estimate, handle, evaluated)
             if column is not None:
-                column = _root_weights(estimate) * column
-                found.append(_Candidate(name, handle.allowed, held, column))
+                found.append(Candidate(name, handle.allowed.unit, held, root * column))
+    for low_pass, column in filtered_records(estimate):
+        found.append(Candidate("cutoff", "Hz", math.inf, root * column, low_pass))
     return found
 
 
@@ -218,60 +186,3 @@ def _column(estimate: Estimate[Problem], handle: Handle, evaluated: Evaluate) ->
         lowest, highest = problem.recording.span()
         column = difference(_CHANGE * (highest - lowest) / effect)
     return column if np.all(np.isfinite(column)) else None
-
-
-def _around(estimate: Estimate[Problem]) -> _Around:
-    root = _root_weights(estimate)
-    return _Around(root * estimate.residuals, root[:, None] * np.asarray(estimate.jacobian))
-
-
-def _root_weights(estimate: Estimate[Problem]) -> Column:
-    """Square roots of the weights that the loss gives to the residuals."""
-    return np.sqrt(np.asarray(estimate.problem.loss.weight(jnp.asarray(estimate.residuals))))
-
-
-def _tested(estimate: Estimate[Problem], around: _Around, candidate: _Candidate) -> HeldParameter:
-    """The score test of one held parameter."""
-    scores, column = around.residuals, candidate.column
-    beside = _beside(around.jacobian, column)
-    squared = beside @ beside
-    if not squared > _COLLINEAR**2 * (column @ column):
-        return _nothing(candidate)
-    step = -(beside @ scores) / squared
-    left = scores + step * beside
-    variance = float(_variance(estimate.problem, left, beside))
-    error, score = np.sqrt(variance) / squared, (beside @ scores) ** 2 / variance
-    n = float(estimate.freedom) + len(estimate.names)
-    gain = score if np.isinf(n) else n * np.log1p(score / n)
-    return HeldParameter(
-        candidate.name,
-        candidate.allowed.unit,
-        candidate.held,
-        float(candidate.held + step),
-        float(error),
-        float(gain - 2.0),
-    )
-
-
-def _nothing(candidate: _Candidate) -> HeldParameter:
-    """A parameter of which the record tells nothing that the fitted ones do not."""
-    held = candidate.held
-    return HeldParameter(candidate.name, candidate.allowed.unit, held, held, np.inf, -2.0)
-
-
-def _beside(jacobian: np.ndarray, column: Column) -> Column:
-    """The part of a column that the others do not explain."""
-    norms = np.linalg.norm(jacobian, axis=0)
-    axes = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))[0]
-    once = column - axes @ (axes.T @ column)
-    return once - axes @ (axes.T @ once)  # twice, against rounding
-
-
-@eqx.filter_jit
-def _variance(problem: Problem, scores: Column, column: Column) -> Float[Array, ""]:
-    """Variance of the product of a column with errors that are distributed like the scores."""
-    count = problem.observations.astype(scores.dtype)
-    variance = problem.variance()
-    if variance is not None and problem.is_classical():
-        return variance * jnp.sum(column**2)
-    return problem.noise.spread(scores, count, column[:, None])[0, 0]

@@ -1,0 +1,145 @@
+"""The score test of a parameter that a fit held at a value.
+
+With one more column c of the Jacobian, and c⊥ its part beside the fitted parameters' columns,
+freeing the parameter lowers AIC by
+
+    n log(1 + (c⊥ · e)² / (n var(c⊥ · e))) − 2
+
+with the effective number n of observations. The noise model gives the variance from the residuals e
+without their part along c⊥.
+
+Source: C. R. Rao (1948), "Large sample tests of statistical hypotheses concerning several
+parameters with applications to problems of estimation", Mathematical Proceedings of the Cambridge
+Philosophical Society 44, 50.
+"""
+
+import math
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from impactjax._fit.estimate import Estimate
+from impactjax._known import AnyArray
+from impactjax._number_format import with_error, with_unit
+from impactjax._problem.problem import Problem
+from impactjax._sensor.low_pass import Butterworth
+
+CLEAR = 10.0  # expected fall of AIC from which a parameter is needed
+_NO_GAIN = -2.0  # AIC counts a parameter twice
+_WHOLE = (0.5, 2.0)  # share of a filter's effect that counts as the whole
+_COLLINEAR = 1e-4  # length of c⊥ relative to c below which the fitted parameters can replace it
+
+Column = Float[AnyArray, " observations"]
+
+
+class HeldParameter(NamedTuple):
+    """A parameter that a fit held at a value.
+
+    - `name`, `unit`.
+    - `held`: its value; infinite for the cutoff of a low-pass that was not assumed.
+    - `value`, `standard_error`: estimate if it were fitted, in linear approximation.
+    - `gain`: expected fall of AIC if it were fitted.
+    """
+
+    name: str
+    unit: str
+    held: float
+    value: float
+    standard_error: float
+    gain: float
+
+    @property
+    def is_needed(self) -> bool:
+        """True if fitting the parameter would lower AIC clearly, by 10 or more."""
+        return self.gain >= CLEAR
+
+    def __str__(self) -> str:
+        value = with_unit(with_error(self.value, self.standard_error), self.unit)
+        return f"{self.name} = {value} instead of {self.instead}, AIC {-self.gain:+.0f}"
+
+    @property
+    def instead(self) -> str:
+        """The held value as text."""
+        return "none" if math.isinf(self.held) else f"{self.held:.4g}"
+
+
+class Candidate(NamedTuple):
+    """A held parameter with its column of the Jacobian.
+
+    For a `low_pass` that was not assumed the column is the change of the record by it.
+    """
+
+    name: str
+    unit: str
+    held: float
+    column: Column
+    low_pass: Butterworth | None = None
+
+    def found(self, step: float, error: float, gain: float) -> HeldParameter:
+        """The parameter with an estimate, which is a step away from the held value."""
+        if self.low_pass is None:
+            return HeldParameter(self.name, self.unit, self.held, self.held + step, error, gain)
+        gain = gain if _WHOLE[0] < step < _WHOLE[1] else _NO_GAIN
+        cutoff = float(self.low_pass.cutoff)
+        return HeldParameter(self.name, self.unit, math.inf, cutoff, math.nan, gain)
+
+
+class Around(NamedTuple):
+    """Residuals around an estimate and their Jacobian, both with the weights of the loss."""
+
+    residuals: Column
+    jacobian: Float[AnyArray, "observations parameters"]
+
+    def beside(self, column: Column) -> "Around":
+        """The residuals and the Jacobian with one more column, along which no residual is left."""
+        rest = _beside(self.jacobian, column)
+        left = self.residuals - rest * (rest @ self.residuals) / (rest @ rest)
+        return Around(left, np.concatenate([self.jacobian, column[:, None]], axis=1))
+
+
+def linearised(estimate: Estimate[Problem]) -> Around:
+    """Residuals and Jacobian of an estimate."""
+    root = root_weights(estimate)
+    return Around(root * estimate.residuals, root[:, None] * np.asarray(estimate.jacobian))
+
+
+def root_weights(estimate: Estimate[Problem]) -> Column:
+    """Square roots of the weights that the loss gives to the residuals."""
+    return np.sqrt(np.asarray(estimate.problem.loss.weight(jnp.asarray(estimate.residuals))))
+
+
+def tested(estimate: Estimate[Problem], around: Around, candidate: Candidate) -> HeldParameter:
+    """The score test of one held parameter."""
+    scores, column = around.residuals, candidate.column
+    beside = _beside(around.jacobian, column)
+    squared = beside @ beside
+    if not squared > _COLLINEAR**2 * (column @ column):
+        return candidate.found(0.0, math.inf, _NO_GAIN)
+    step = -(beside @ scores) / squared
+    left = scores + step * beside
+    variance = float(_variance(estimate.problem, left, beside))
+    error, score = np.sqrt(variance) / squared, (beside @ scores) ** 2 / variance
+    n = float(estimate.freedom) + len(estimate.names)
+    gain = score if np.isinf(n) else n * np.log1p(score / n)
+    return candidate.found(float(step), float(error), float(gain + _NO_GAIN))
+
+
+def _beside(jacobian: np.ndarray, column: Column) -> Column:
+    """The part of a column that the others do not explain."""
+    norms = np.linalg.norm(jacobian, axis=0)
+    axes = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))[0]
+    once = column - axes @ (axes.T @ column)
+    return once - axes @ (axes.T @ once)  # twice, against rounding
+
+
+@eqx.filter_jit
+def _variance(problem: Problem, scores: Column, column: Column) -> Float[Array, ""]:
+    """Variance of the product of a column with errors that are distributed like the scores."""
+    count = problem.observations.astype(scores.dtype)
+    variance = problem.variance()
+    if variance is not None and problem.is_classical():
+        return variance * jnp.sum(column**2)
+    return problem.noise.spread(scores, count, column[:, None])[0, 0]
