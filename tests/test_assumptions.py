@@ -271,7 +271,7 @@ def test_page_lists_all_assumptions(fitted):
     assert "On it rests: alpha." in said
     assert "mass = 1 kg (not stated; the default). On it rests: no value." in said
     assert "gap = 0 rad (neither fitted nor stated)." in said
-    assert "Of the sensor: gain = 1, offset = 0 rad, delay = 0 s" in said
+    assert "Of the sensor: gain = 1, delay = 0 s" in said
     assert "no low-pass" in said
 
 

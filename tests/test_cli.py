@@ -13,7 +13,14 @@ from impactjax._cli.fit import fit_command
 from impactjax._report.write import write_texts
 
 DATA = Path(__file__).parent.parent / "data"
-TRUTH = {"omega_n": 12.0, "zeta": 0.01, "r": 0.7, "theta0": math.radians(40), "theta_dot0": 0.5}
+TRUTH = {
+    "omega_n": 12.0,
+    "zeta": 0.01,
+    "r": 0.7,
+    "theta0": math.radians(40),
+    "theta_dot0": 0.5,
+    "offset": 0.0,
+}
 ALIKE = ["--duration=0.8", "--rate=500", "--set=length=2"]  # all runs compile the same program
 SWING = [
     *("simulate", "--law", "restitution", *ALIKE, "--noise", "0.2", "--seed", "3"),
@@ -92,7 +99,7 @@ def test_fit_json_schema(found, simulated):
     assert fit["rms_residual"]["unit"] == "rad"
     assert fit["rms_residual"]["value"] == pytest.approx(math.radians(0.2), rel=0.1)
     assert {type(fit[key]) for key in ("aic", "bic", "seconds")} == {float}
-    assert fit["bic"] - fit["aic"] == pytest.approx(6 * (math.log(401) - 2))
+    assert fit["bic"] - fit["aic"] == pytest.approx(7 * (math.log(401) - 2))
 
 
 def test_fit_json_parameter_schema(found):

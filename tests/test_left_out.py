@@ -1,10 +1,12 @@
 """Parameters held at a value, on records whose faults are known."""
 
+import dataclasses
 import functools
 
 import equinox as eqx
 import numpy as np
 import pytest
+from scipy import signal
 
 import impactjax as ij
 from impactjax._compare.missing import missing_words
@@ -84,6 +86,23 @@ def test_needed_parameters_are_fitted():
 def test_known_parameters_stay():
     before = fitted(offset=NOISE / 2)
     assert ij.with_left_out(before, known=["offset", "drift", "gap"]).names == before.names
+
+
+def test_low_pass_that_nobody_stated_is_found():
+    """Released from rest, and filtered by SciPy at 20 kHz."""
+    fine = swing(np.arange(24000) / 20000 + np.pi / (2 * OMEGA))
+    filter_ = signal.butter(2, 15.0, fs=20000)
+    shown, _ = signal.lfilter(*filter_, fine, zi=signal.lfilter_zi(*filter_) * fine[0])
+    noise = NOISE * np.random.default_rng(3).standard_normal(600)
+    plain = experiment(ij.Recording(np.arange(600) / 500, shown[::40] + noise, PLACE))
+    start = ij.InitialState(SPEED / OMEGA, 0.0)
+    plain = dataclasses.replace(plain, initial=start, fixed={"zeta": None})
+    before = ij.fit(plain)
+    assert ij.left_out(before)[0].name == "cutoff"
+    assert str(ij.left_out(before)[0]).split(",")[0].endswith("Hz instead of none")
+    after = ij.with_left_out(before)
+    for name, truth in (("cutoff", 15.0), ("r", R), ("omega_n", OMEGA)):
+        assert after[name].value == pytest.approx(truth, abs=4 * after[name].standard_error)
 
 
 @thorough

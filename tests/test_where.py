@@ -43,11 +43,11 @@ def beside():
     return impacting(0.008)
 
 
-def test_stop_at_zero_is_not_fitted(tmp_path, at_rest):
+def test_zero_is_fitted_and_stop_at_zero_is_not(tmp_path, at_rest):
     prepared = ij.prepare(written(tmp_path / "a.csv", at_rest))
     assert prepared.notes == ()
     for experiment in prepared.experiments.values():
-        assert experiment.free == ()
+        assert experiment.free == ("offset",)
 
 
 def test_record_of_opposite_sign_is_turned(tmp_path, at_rest):
@@ -89,13 +89,18 @@ def test_floor_of_ball_is_fitted_as_offset(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "sidecar", ["[fixed]\ngap = 0.008\n", '[fit]\nfree = ["gap"]\n', "[sensor]\noffset = 0.0\n"]
+    ("sidecar", "free"),
+    [
+        ("[fixed]\ngap = 0.008\n", {"offset"}),
+        ('[fit]\nfree = ["gap"]\n', {"gap", "offset"}),
+        ("[sensor]\noffset = 0.0\n", set()),
+    ],
 )
-def test_stated_stop_is_not_fitted(tmp_path, beside, sidecar):
+def test_stated_stop_is_not_fitted(tmp_path, beside, sidecar, free):
     file = written(tmp_path / "a.csv", beside, sidecar)
     prepared = ij.prepare(file, laws=["restitution"])
     assert prepared.notes == ()
-    assert set(prepared.experiment.free) <= {"gap"}
+    assert {*prepared.experiment.free} == free
 
 
 def test_sharp_turns_are_not_a_free_swing(tmp_path, beside):

@@ -31,7 +31,8 @@ def adjusted(
             recording, look = _turned(recording, look, setup, notes)
         if not said & WHERE and setup.upper is None:
             setup, look = _placed(recording, look, setup, notes)
-        if not said & {"offset"} and not look.swings_freely:
+        hits = not look.swings_freely or look.elsewhere is not None
+        if hits and "offset" not in said:
             setup = setup._replace(free=(*dict.fromkeys([*setup.free, "offset"]),))
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)

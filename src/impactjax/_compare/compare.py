@@ -143,7 +143,7 @@ def compare_by(
     _check(own)
     settings = _Settings(starts, optimiser, search, progress, each)
     fits, asked = _fits(own, settings, {}), []
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS if fits else 0):
         best = _ranked(fits)[0]
         found = missing(best.estimate, own[best.name], search)
         if not found:

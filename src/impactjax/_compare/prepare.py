@@ -182,7 +182,7 @@ def _experiment(
     }
     held = {name: float(known[name].get(begun)) for name in setup.held if name in known}
     stated = {name: value for name, value in setup.fixed.items() if name in known}
-    fixed = {**measured, **held, **stated}
+    fixed = {**measured, **stated, **held}
     model = replaced(begun, tuple(fixed), tuple(fixed.values())).model
     return Experiment(
         begun.model,
