@@ -150,6 +150,8 @@ def compare_by(
             break
         own = {x: with_missing(own[x], fits[x].estimate.problem, found) for x in own}
         more = _fits(own, settings, fits)
+        if not _is_better(_ranked(more)[0].estimate, best.estimate):
+            break
         asked.append(missing_words(found, best.estimate, more[best.name].estimate))
         fits = more
     ranked = Comparison("recording", tuple(_ranked(fits)), notes=tuple(asked), seed=starts.seed)
@@ -240,6 +242,10 @@ def _special_cases(
             if values is not None:
                 found[name] = (values, fitted.estimate)
     return found
+
+
+def _is_better(estimate: Estimate[Problem], before: Estimate[Problem]) -> bool:
+    return bool(estimate.converged) and float(estimate.aic) < float(before.aic)
 
 
 def _is_worse(estimate: Estimate[Problem], special: Estimate[Problem]) -> bool:

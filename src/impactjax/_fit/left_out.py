@@ -50,8 +50,8 @@ def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
 
     - `estimate`: estimate of a single fit.
 
-    **Raises** `ValueError` for an estimate under `jit` or of many fits, and for one that did not
-    converge.
+    **Raises** `ValueError` for an estimate under `jit`, of many fits or of several recordings, and
+    for one that did not converge.
     """
     candidates = _candidates(estimate, Search().evaluate)
     tests = _tests(estimate, linearised(estimate), candidates)
@@ -143,6 +143,8 @@ def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[Candid
             "`left_out` needs an estimate whose numbers are known: call it outside `jit`."
         )
     estimate.check_single()
+    if not isinstance(estimate.problem, Problem):
+        raise ValueError("Several recordings were fitted: test one of them, `of_experiment(...)`.")
     if not bool(estimate.converged):
         raise ValueError("The fit did not converge: what it left out cannot be tested.")
     if estimate.scatter is not None:
