@@ -1,5 +1,7 @@
 """Restitution that scatters from impact to impact, against the closed form of a bouncing ball."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -224,6 +226,18 @@ def test_scatter_is_found_where_it_is():
 def test_few_impact_times_have_no_scatter():
     found = ij.fit(experiment(jnp.asarray(bounce_times(np.random.default_rng(0), 0.0)[:4])))
     assert found.scatter is None
+
+
+@thorough
+def test_law_with_more_parameters_is_no_failure():
+    """Its residual after all expected deviations may be larger than that of its special case."""
+    times = bounce_times(np.random.default_rng(7), 0.01, bounces=20)
+    constant = experiment(times)
+    model = ij.ImpactOscillator(ij.BouncingBall(GRAVITY), ij.Stop(ij.LinearRestitution(R, 0.001)))
+    linear = dataclasses.replace(constant, model=model)
+    found = ij.compare({"constant": constant, "linear": linear}, starts=ij.Starts(2))
+    assert all(bool(each.estimate.converged) for each in found)
+    assert abs(float(found[0].estimate.aic - found[1].estimate.aic)) < 10
 
 
 # Refusals.

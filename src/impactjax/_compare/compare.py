@@ -28,6 +28,7 @@ from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 
 _ROUNDS = 2  # times that parameters left out are fitted as well
+_LINEARISED = 1.0  # difference of −2 log L that may come from the linearisation of scatter
 _ROUNDING = 1e-6  # relative difference of two rms that counts as rounding
 
 Progress = Callable[[str], None]
@@ -249,7 +250,17 @@ def _is_better(estimate: Estimate[Problem], before: Estimate[Problem]) -> bool:
 
 
 def _is_worse(estimate: Estimate[Problem], special: Estimate[Problem]) -> bool:
+    """True if an estimate describes the record worse than one of its special cases. Residuals with
+    scatter are those after all expected deviations, so that the likelihood decides.
+    """
+    if estimate.scatter is not None:
+        return not _deviance(estimate) <= _deviance(special) + _LINEARISED
     return not float(estimate.rms) <= (1 + _ROUNDING) * float(special.rms)
+
+
+def _deviance(estimate: Estimate[Problem]) -> float:
+    """−2 log L plus a constant."""
+    return float(estimate.aic) - 2 * len(estimate.names)
 
 
 def _estimated(
