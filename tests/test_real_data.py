@@ -61,10 +61,11 @@ def test_free_pendulum_rejects_viscous_friction_alone(pendulum):
 
 
 def test_ping_pong_ball_restitution(ball):
-    """The author's value is 0.9451."""
+    """The author's value is 0.9451. The flights' ratios scatter by 0.58 %, clock included."""
     r = ball.parameter("r")
     assert 0.943 <= r["value"] <= 0.948
     assert 0 < r["standard_error"] <= 0.002
     assert r["verdict"] == "identified"
-    assert ball.best["rms_residual"] == {"value": pytest.approx(1.5e-3, abs=1e-3), "unit": "s"}
+    assert ball.best["rms_residual"] == {"value": pytest.approx(5e-5, abs=4e-5), "unit": "s"}
+    assert 0.002 < ball.best["scatter"]["size"] < 0.0058
     assert ball.best["n_samples"] > 20
