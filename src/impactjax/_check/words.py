@@ -10,6 +10,7 @@ from impactjax._compare.named import EQUILIBRIA, SEPARATIONS
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.survey import Survey
 from impactjax._number_format import with_error, with_unit
+from impactjax._parameter import ranges
 from impactjax._record.recording import Recording
 from impactjax._sensor.low_pass import Butterworth
 
@@ -49,7 +50,13 @@ def system_words(found: Survey) -> list[str]:
     why = "as the sidecar says" if stated else f"as usual for {found.recording.observed}"
     told = [f"System: {own}, {why}."]
     values = [f"{name} = {value:.6g}" for name, value in setup.fixed.items()]
-    values += [f"{name} where the search starts" for name in setup.held]
+    of_sensor = {name: float(getattr(setup.sensor, name)) for name in ranges(setup.sensor)}
+    values += [
+        f"{name} = {of_sensor[name]:.6g}"
+        if name in of_sensor
+        else f"{name} where the search starts"
+        for name in setup.held
+    ]
     told += [f"Known, in SI units: {', '.join(values)}."] if values else []
     told += [f"Fitted as well: {', '.join(setup.free)}."] if setup.free else []
     if setup.separation is not None:
