@@ -16,6 +16,7 @@ from impactjax._check.noise import noise_of
 from reference import simulate_rigid
 from tiers import quick
 
+MOTION = ["omega_n", "zeta", "r", "theta0", "theta_dot0"]
 DATA = Path(__file__).parent.parent / "data"
 TS = np.arange(2000) / 1000
 SHORT = TS[:1400]  # before the impacts of a ball come too fast for the integrator
@@ -190,6 +191,16 @@ def test_figure_of_a_check_marks_impacts():
 
 
 PROGRAM = "import sys; from impactjax._cli.main import app; app(sys.argv[1:])"
+
+
+@quick
+@pytest.mark.parametrize("held", [["gamma"], ["omega0", "zeta"], MOTION, [*MOTION, "r0", "alpha"]])
+def test_known_parameters_have_no_forecast(held):
+    found = ij.check(DATA / "kelvin_voigt.csv", fixed=dict.fromkeys(held))
+    assert found.forecasts is not None
+    told = (*found.forecasts.motion, *found.forecasts.line, found.forecasts.gamma)
+    assert not {each.name for each in told if each is not None} & {*held}
+    assert "Such a record can bound: " in str(found)
 
 
 @quick

@@ -41,7 +41,7 @@ def test_sidecar_says_separation(tmp_path):
     }
     assert isinstance(rules["kelvin-voigt"], ij.AtZeroForce)
     assert isinstance(rules["walton"], ij.AtZeroPenetration)
-    assert "`separation` does not apply to walton, which has its own rule." in found.notes
+    assert "`separation` does not apply to walton: the law has its own rule." in found.notes
 
 
 def test_sidecar_says_equilibrium(tmp_path):

@@ -28,7 +28,8 @@ class RESULTS(eqx.Enumeration):
     )
     impossible_parameters = (
         "A parameter is not finite or outside its range (negative mass, r above one, stops in the "
-        "wrong order, ...). Build the model outside `jit` to see which."
+        "wrong order, a factor that is not positive, ...). Build the model outside `jit` to see "
+        "which."
     )
     restitution_out_of_range = (
         "At some impact the law's restitution was below 0 or above 1, or it does not hold. The "

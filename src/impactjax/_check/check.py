@@ -9,7 +9,7 @@ from impactjax._check.doubts import doubts
 from impactjax._check.forecast import Forecasts, forecasts
 from impactjax._check.noise import Noise, noise_of
 from impactjax._check.words import bounded, contacts, impacts, noise_words, read, system_words
-from impactjax._compare.survey import Survey, survey
+from impactjax._compare.survey import Statements, Survey, survey
 from impactjax._compare.typical_systems import Law
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._record.abstract_recording import AbstractRecording
@@ -83,17 +83,8 @@ def check(
 
     **Raises** the errors of `prepare`.
     """
-    return checked(
-        survey(
-            record,
-            oscillator=oscillator,
-            laws=laws,
-            sensor=sensor,
-            fixed=fixed,
-            start=start,
-            free=free,
-        )
-    )
+    said = Statements(oscillator, laws, sensor, fixed, start, free)
+    return checked(survey(record, said))
 
 
 def checked(found: Survey) -> Check:

@@ -12,9 +12,13 @@ import numpy as np
 from impactjax._check.flights import Motion
 from impactjax._check.noise import Noise
 from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._compare.setup import Setup
 from impactjax._compare.survey import Survey
+from impactjax._model.linear_contact import damping_ratio
 from impactjax._model.swing import AbstractSwing
+from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.recording import Recording
+from impactjax._sensor.filtered_samples import filtered_samples
 from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.quantity import AbstractPlace, AbstractSpeed
 
@@ -22,6 +26,9 @@ _STEP = 1e-5  # of a parameter, relative to its scale
 _SINGULAR = 1e-12  # least eigenvalue of the scaled information that counts
 _LONGEST, _SHORTEST = 20e-3, 5e-6  # [s], range of contact durations
 _HALVINGS = 10
+_CONSTANT = {"r": ("r0", 1.0, "1")}
+_SOFT = {"omega0": ("omega0", 1.0, "rad/s"), "gamma": ("gamma", 1.0, "1")}
+_SWING = {"omega_n": ("omega_n", 1.0, "rad/s"), "zeta": ("zeta", 1.0, "1")}
 BOUNDED = 0.5  # largest relative error with which a contact's duration has a bound on both sides
 
 
@@ -64,30 +71,36 @@ def forecasts(found: Survey, noise: Noise) -> Forecasts | None:
     known = {type(make()) for make in OSCILLATORS.values()}
     if type(found.look.oscillator) not in known or not noise.size > 0:
         return None
-    rows = _Rows(found, noise)
+    rows = _rows(found, noise)
     stops = not look.swings_freely
-    r, lever = look.restitution, rows.lever
+    lever = rows.lever
     rigid = rows.usual._replace(gap=rows.usual.gap if stops else math.inf)
     if recording.observes_impacts:
-        rows.noise = _with_scatter(noise, look.restitutions, rows.errors(rigid, _CONSTANT))
+        told = rows.errors(rigid, _CONSTANT)
+        rows = rows._replace(noise=_with_scatter(noise, look.restitutions, told))
     if not stops:
         return Forecasts(rows.errors(rigid, {}))
     r0, slope = look.restitution_line
     line = rigid._replace(r0=r0, alpha=slope * lever)
     of_line = rows.errors(line, {"r0": ("r0", 1.0, "1"), "alpha": ("alpha", lever, "s/m")})
-    motion = rows.errors(rigid, _CONSTANT)
-    loss = math.log(min(max(r, 0.05), 0.98))
-    gamma = -loss / math.hypot(math.pi, loss)
+    told = Forecasts(
+        rows.errors(rigid, _CONSTANT),
+        tuple(each for each in of_line if each.name in ("r", "r0", "alpha")),
+    )
+    return told if rows.known & {*_SOFT} else _with_contact(told, rows, rigid)
 
-    def soft(duration: float) -> tuple[Forecast, ...]:
+
+def _with_contact(told: Forecasts, rows: "_Rows", rigid: Motion) -> Forecasts:
+    """The forecasts with those of a Kelvin-Voigt contact of the same restitution."""
+    gamma = float(damping_ratio(np.clip(rigid.r0, 0.05, 0.98)))
+
+    def soft(duration: float) -> dict[str, Forecast]:
         omega0 = math.pi / (duration * math.sqrt(1 - gamma**2))
-        names = {"omega0": ("omega0", 1.0, "rad/s"), "gamma": ("gamma", 1.0, "1")}
-        return rows.errors(rigid._replace(omega0=omega0, gamma=gamma), names)
+        found = rows.errors(rigid._replace(omega0=omega0, gamma=gamma), _SOFT)
+        return {each.name: each for each in found}
 
     shortest, at = _shortest(soft)
-    own = next(each for each in soft(at) if each.name == "gamma")
-    names = {"r", "r0", "alpha"}
-    return Forecasts(motion, tuple(each for each in of_line if each.name in names), own, shortest)
+    return told._replace(gamma=soft(at)["gamma"], shortest=shortest)
 
 
 def _with_scatter(noise: Noise, ratios: np.ndarray, found: tuple[Forecast, ...]) -> Noise:
@@ -102,11 +115,11 @@ def _with_scatter(noise: Noise, ratios: np.ndarray, found: tuple[Forecast, ...])
     return noise._replace(size=noise.size * max(plain / own["r"], 1.0))
 
 
-def _shortest(soft: Callable[[float], tuple[Forecast, ...]]) -> tuple[float, float]:
+def _shortest(soft: Callable[[float], dict[str, Forecast]]) -> tuple[float, float]:
     """The shortest contact with a bound on both sides, by bisection, and one that is in range."""
 
     def bounded(duration: float) -> bool:
-        own = next(each for each in soft(duration) if each.name == "omega0")
+        own = soft(duration)["omega0"]
         return own.error < BOUNDED * own.value
 
     if not bounded(_LONGEST):
@@ -120,30 +133,26 @@ def _shortest(soft: Callable[[float], tuple[Forecast, ...]]) -> tuple[float, flo
     return high, high
 
 
-class _Rows:
-    """Observations of a motion like the recorded one, and their derivatives."""
+class _Rows(NamedTuple):
+    """Observations of a motion like the recorded one, and their derivatives.
 
-    def __init__(self, found: Survey, noise: Noise) -> None:
-        recording, look, setup = found.recording, found.look, found.setup
-        oscillator = look.oscillator
-        swing = isinstance(oscillator, AbstractSwing)
-        given = {**setup.start, **setup.fixed}
-        self.noise, self.setup, self.recording = noise, setup, recording
-        self.lever = float(oscillator.lever())
-        self.symbol = "theta" if oscillator.is_angle() else "x"
-        self.usual = Motion(
-            float(oscillator.omega_n) if swing else 0.0,
-            float(oscillator.zeta) if swing else 0.0,
-            0.0 if swing else float(oscillator.weight() or 0.0),
-            float(look.initial.position),
-            float(look.initial.velocity),
-            float(given.get("gap", 0.0)),
-            look.restitution,
-            0.0,
-            is_angle=oscillator.is_angle(),
-        )
-        instants = np.asarray(recording.instants, float)
-        self.ts = np.linspace(instants[0], np.nanmax(instants), len(instants))
+    - `noise`, `setup`, `recording`: of the survey.
+    - `usual`: motion of the first look, with a rigid stop.
+    - `lever`: ratio of a speed [m/s] to that of the coordinate.
+    - `ts`: times of the observations [s].
+    """
+
+    noise: Noise
+    setup: Setup
+    recording: AbstractRecording
+    usual: Motion
+    lever: float
+    ts: np.ndarray
+
+    @property
+    def known(self) -> set[str]:
+        """Names of the parameters that are not fitted."""
+        return {*self.setup.fixed, *self.setup.held}
 
     def errors(
         self, motion: Motion, contact: dict[str, tuple[str, float, str]]
@@ -153,15 +162,16 @@ class _Rows:
         `contact` holds those of the contact: the field of `motion`, the divisor that gives the
         parameter from the field's value, and the unit.
         """
-        place, unit = (self.symbol, "rad" if motion.is_angle else "m")
+        place, unit = ("theta", "rad") if motion.is_angle else ("x", "m")
         names = {} if motion.omega_n == 0 else _SWING
         names = {**names, **contact, f"{place}_dot0": ("rate", 1.0, f"{unit}/s")}
         if not self.recording.observes_impacts:
             names |= {f"{place}0": ("place", 1.0, unit)}
-        fixed = {*self.setup.fixed, *self.setup.held}
-        names = {name: each for name, each in names.items() if name not in fixed}
+        names = {name: each for name, each in names.items() if name not in self.known}
         if "gap" in self.setup.free and math.isfinite(motion.gap):
             names["gap"] = ("gap", 1.0, unit)
+        if not names:
+            return ()
         columns = [self._slope(motion, field) for field, _, _ in names.values()]
         if "offset" in self.setup.free or self.recording.observes_impacts:
             columns.append(np.ones_like(columns[0]))
@@ -196,12 +206,7 @@ class _Rows:
         low_pass, rate = self.setup.sensor.low_pass, 1 / (self.ts[1] - self.ts[0])
         if not isinstance(low_pass, Butterworth) or float(low_pass.cutoff) > 0.45 * rate:
             return values
-        k, count = np.arange(low_pass.order), len(values)
-        poles = np.exp(1j * np.pi * (2 * k + low_pass.order + 1) / (2 * low_pass.order))
-        at = 1j * np.fft.rfftfreq(2 * count, 1 / rate)[:, None] / float(low_pass.cutoff)
-        response = 1 / np.prod(at - poles, axis=1)
-        motion = np.fft.rfft(values - values[0], 2 * count)  # it rests before the first sample
-        return values[0] + np.fft.irfft(response * motion, 2 * count)[:count]
+        return filtered_samples(low_pass, values, rate)
 
     def _bound(self, slopes: np.ndarray) -> np.ndarray:
         """Square roots of the diagonal of the inverse information."""
@@ -216,5 +221,21 @@ class _Rows:
         )
 
 
-_CONSTANT = {"r": ("r0", 1.0, "1")}
-_SWING = {"omega_n": ("omega_n", 1.0, "rad/s"), "zeta": ("zeta", 1.0, "1")}
+def _rows(found: Survey, noise: Noise) -> _Rows:
+    recording, look, setup = found.recording, found.look, found.setup
+    oscillator = look.oscillator
+    swing = isinstance(oscillator, AbstractSwing)
+    usual = Motion(
+        float(oscillator.omega_n) if swing else 0.0,
+        float(oscillator.zeta) if swing else 0.0,
+        0.0 if swing else float(oscillator.weight() or 0.0),
+        float(look.initial.position),
+        float(look.initial.velocity),
+        float({**setup.start, **setup.fixed}.get("gap", 0.0)),
+        look.restitution,
+        0.0,
+        is_angle=oscillator.is_angle(),
+    )
+    instants = np.asarray(recording.instants, float)
+    ts = np.linspace(instants[0], np.nanmax(instants), len(instants))
+    return _Rows(noise, setup, recording, usual, float(oscillator.lever()), ts)

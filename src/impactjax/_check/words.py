@@ -134,7 +134,8 @@ def bounded(found: Survey, forecast: Forecasts | None) -> list[str]:
     """Sentences on the parameters that such a record can bound, with expected standard errors."""
     if forecast is None:
         return ["No forecast: there is no noise to compare with, or no closed form for the record."]
-    told = [f"{', '.join(_error(each) for each in forecast.motion)}."]
+    motion = ", ".join(_error(each) for each in forecast.motion)
+    told = [f"{motion or 'nothing of the motion, all of which is known'}."]
     if forecast.line:
         told.append(f"r(v): {', '.join(_error(each) for each in forecast.line)}, {_range(found)}.")
     if forecast.gamma is not None:

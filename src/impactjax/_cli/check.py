@@ -8,7 +8,16 @@ import typer
 
 from impactjax._check.check import checked
 from impactjax._cli.files import in_folder
-from impactjax._cli.options import FIX_HELP, FREE_HELP, options, surveyed
+from impactjax._cli.options import (
+    Fix,
+    Force,
+    Free,
+    Recordings,
+    SidecarFile,
+    SystemName,
+    options,
+    surveyed,
+)
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._record.file_error import FileError
@@ -18,28 +27,16 @@ _SUFFIX = "-check.png"  # added to the name of a recording
 
 
 def check_command(
-    recordings: Annotated[
-        list[Path], typer.Argument(metavar="RECORDING", help="File, or several.")
-    ],
-    system: Annotated[
-        str | None,
-        typer.Option("--system", metavar="NAME", help=f"What moves: {', '.join(OSCILLATORS)}."),
-    ] = None,
-    free: Annotated[
-        list[str] | None, typer.Option("--free", metavar="NAME", help=FREE_HELP)
-    ] = None,
-    fix: Annotated[
-        list[str] | None, typer.Option("--fix", metavar="NAME[=VALUE]", help=FIX_HELP)
-    ] = None,
+    recordings: Recordings,
+    system: SystemName = None,
+    free: Free = None,
+    fix: Fix = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", metavar="DIR", help="Where to draw the record, NAME-check.png."),
     ] = None,
-    sidecar: Annotated[
-        Path | None,
-        typer.Option("--sidecar", metavar="FILE", help="TOML file to use instead of NAME.toml."),
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files in DIR.")] = False,
+    sidecar: SidecarFile = None,
+    force: Force = False,
 ) -> None:
     """Look at a recording before any fit: what was read, noise, impacts, what looks wrong, and
     which parameters such a record can bound. It takes seconds.

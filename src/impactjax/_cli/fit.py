@@ -20,7 +20,18 @@ from rich.table import Table
 from impactjax._check.check import checked
 from impactjax._cli.compiler_flags import compiled_programs
 from impactjax._cli.files import in_folder
-from impactjax._cli.options import FIX_HELP, FREE_HELP, LOSS_HELP, Options, options, surveyed
+from impactjax._cli.options import (
+    Fix,
+    Force,
+    Free,
+    LossName,
+    Options,
+    Recordings,
+    SidecarFile,
+    SystemName,
+    options,
+    surveyed,
+)
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._cli.trace_cache import kept
 from impactjax._compare.compare import Comparison, compare_by
@@ -51,35 +62,21 @@ _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be gi
 
 
 def fit_command(
-    recordings: Annotated[
-        list[Path], typer.Argument(metavar="RECORDING", help="File, or several.")
-    ],
+    recordings: Recordings,
     laws: Annotated[list[str] | None, typer.Option("--law", metavar="NAME", help=_LAW_HELP)] = None,
-    system: Annotated[
-        str | None,
-        typer.Option("--system", metavar="NAME", help=f"What moves: {', '.join(OSCILLATORS)}."),
-    ] = None,
+    system: SystemName = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", metavar="DIR", help="Where to write fit.json and report.html."),
     ] = None,
-    sidecar: Annotated[
-        Path | None,
-        typer.Option("--sidecar", metavar="FILE", help="TOML file to use instead of NAME.toml."),
-    ] = None,
-    free: Annotated[
-        list[str] | None, typer.Option("--free", metavar="NAME", help=FREE_HELP)
-    ] = None,
-    fix: Annotated[
-        list[str] | None, typer.Option("--fix", metavar="NAME[=VALUE]", help=FIX_HELP)
-    ] = None,
-    loss: Annotated[
-        str, typer.Option("--loss", metavar="NAME[=SCALE]", help=LOSS_HELP)
-    ] = "squares",
+    sidecar: SidecarFile = None,
+    free: Free = None,
+    fix: Fix = None,
+    loss: LossName = "squares",
     seed: Annotated[
         int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help=_SEED_HELP)
     ] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files in DIR.")] = False,
+    force: Force = False,
 ) -> None:
     """Fit contact laws to a recording, with 95 % intervals and verdicts.
 

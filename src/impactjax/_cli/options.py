@@ -3,29 +3,48 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+import typer
 
 from impactjax._check.noise import noise_of
 from impactjax._cli.refusal import Refusal
 from impactjax._compare.named import LOSSES, check_named
-from impactjax._compare.survey import Survey, survey
+from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._compare.survey import Statements, Survey, survey
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import read_recording
 
-FREE_HELP = "A parameter to fit although it is usually known. May be given several times."
-FIX_HELP = (
+Recordings = Annotated[list[Path], typer.Argument(metavar="RECORDING", help="File, or several.")]
+SystemName = Annotated[
+    str | None,
+    typer.Option("--system", metavar="NAME", help=f"What moves: {', '.join(OSCILLATORS)}."),
+]
+SidecarFile = Annotated[
+    Path | None,
+    typer.Option("--sidecar", metavar="FILE", help="TOML file to use instead of NAME.toml."),
+]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite files in DIR.")]
+
+_FREE_HELP = "A parameter to fit although it is usually known. May be given several times."
+Free = Annotated[list[str] | None, typer.Option("--free", metavar="NAME", help=_FREE_HELP)]
+
+_FIX_HELP = (
     "A parameter not to fit, at a value in SI units and radians, or where the search would start. "
     "May be given several times."
 )
-LOSS_HELP = (
+Fix = Annotated[list[str] | None, typer.Option("--fix", metavar="NAME[=VALUE]", help=_FIX_HELP)]
+
+_LOSS_HELP = (
     f"Cost of a residual: {', '.join(LOSSES)}. SCALE is the size of a large one in the SI unit; by "
     "default twice the noise."
 )
+LossName = Annotated[str, typer.Option("--loss", metavar="NAME[=SCALE]", help=_LOSS_HELP)]
+
 _USUAL_SCALE = 2.0  # in standard deviations of the noise
 
 
@@ -73,7 +92,7 @@ def surveyed(
     """The survey of a recording with what the options say. Raises `FileError` or `Refusal`."""
     try:
         file = read_recording(path, sidecar)
-        return survey(file, oscillator=oscillator, laws=laws, fixed=said.fixed, free=said.free)
+        return survey(file, Statements(oscillator, laws, fixed=said.fixed, free=said.free))
     except FileError:
         raise
     except ValueError as error:

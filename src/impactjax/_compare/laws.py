@@ -46,8 +46,7 @@ NO_LAW = "none"  # free flight
 
 
 def _kelvin_voigt(look: FirstLook) -> KelvinVoigt:
-    loss = math.log(look.restitution)  # without JAX, which would compile
-    return KelvinVoigt(look.contact_frequency, -loss / math.hypot(math.pi, loss))
+    return KelvinVoigt.from_restitution(look.contact_frequency, look.restitution)
 
 
 def _stiffness(look: FirstLook, n: float) -> float:

@@ -14,7 +14,7 @@ from impactjax._compare.oscillators import (
 )
 from impactjax._compare.setup import Setup
 from impactjax._compare.step_budget import step_budget
-from impactjax._compare.survey import Survey, survey
+from impactjax._compare.survey import Statements, Survey, survey
 from impactjax._compare.typical_systems import Law, with_law
 from impactjax._first_look.first_look import FirstLook
 from impactjax._model.law import AbstractForceLaw
@@ -84,17 +84,8 @@ def prepare(
     **Raises** `FileError` for a file or sidecar that cannot be read, `ValueError` for a name that
     no law has, a value out of range and an oscillator that does not suit the recording.
     """
-    return prepared(
-        survey(
-            record,
-            oscillator=oscillator,
-            laws=laws,
-            sensor=sensor,
-            fixed=fixed,
-            start=start,
-            free=free,
-        )
-    )
+    said = Statements(oscillator, laws, sensor, fixed, start, free)
+    return prepared(survey(record, said))
 
 
 def name_of(law: Law) -> str:
@@ -130,7 +121,7 @@ def _separations(setup: Setup, experiments: Mapping[str, Experiment]) -> list[st
     ]
     if setup.separation is None or not other:
         return []
-    return [f"`separation` does not apply to {', '.join(other)}, which has its own rule."]
+    return [f"`separation` does not apply to {', '.join(other)}: the law has its own rule."]
 
 
 def _named(laws: Sequence[Law]) -> dict[str, Law]:

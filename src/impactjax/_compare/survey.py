@@ -43,17 +43,22 @@ class Survey(NamedTuple):
     notes: tuple[str, ...]
 
 
+class Statements(NamedTuple):
+    """Statements about a recording, beside those of its sidecar: the arguments of `prepare`."""
+
+    oscillator: AbstractOscillator | None = None
+    laws: Sequence[Law] | None = None
+    sensor: Sensor | None = None
+    fixed: Mapping[str, float | None] = {}
+    start: Mapping[str, float] = {}
+    free: Sequence[str] = ()
+
+
 def survey(
-    record: str | Path | RecordingFile | AbstractRecording,
-    *,
-    oscillator: AbstractOscillator | None = None,
-    laws: Sequence[Law] | None = None,
-    sensor: Sensor | None = None,
-    fixed: Mapping[str, float | None] = {},
-    start: Mapping[str, float] = {},
-    free: Sequence[str] = (),
+    record: str | Path | RecordingFile | AbstractRecording, said: Statements = Statements()
 ) -> Survey:
-    """Survey of a recording; arguments and errors are those of `prepare`."""
+    """Survey of a recording; errors are those of `prepare`."""
+    oscillator, laws, sensor, fixed, start, free = said
     for law in laws or ():
         check_law(law)
     if oscillator is not None:
@@ -65,28 +70,26 @@ def survey(
         setup, name = setup_of(record, oscillator, laws), str(record.path)
         recording, notes = record.recording, list(record.notes)
         chosen = record.sidecar.read.window is not None
-        said = _said(record)
+        told = _told(record, setup)
     else:
         check_kind("record", record, AbstractRecording, "Recording(ts, values, Angle())")
-        recording, notes, name, chosen, said = record, [], "recording", False, set()
+        recording, notes, name, chosen, told = record, [], "recording", False, set()
         setup = Setup(oscillator or OSCILLATORS[record.usual_oscillator](), Sensor(), laws=laws)
     setup = _with_arguments(setup, sensor, fixed, start, free)
     arguments = {*fixed, *start, *free}
-    said |= arguments | ({*WHERE} if sensor is not None else set())
+    told |= arguments | ({*WHERE} if sensor is not None else set())
     if not recording.suits(setup.oscillator):
         kind = type(setup.oscillator).__name__
         raise ValueError(f"A record of {recording.observed} does not suit a {kind}.")
     check_requests(setup, file, arguments)
-    recording, look, setup = adjusted(recording, setup, said, chosen, notes)
+    recording, look, setup = adjusted(recording, setup, told, chosen, notes)
     return Survey(name, file, recording, look, setup, tuple(notes))
 
 
-def _said(file: RecordingFile) -> set[str]:
+def _told(file: RecordingFile, setup: Setup) -> set[str]:
     """Names of the parameters that the sidecar mentions."""
-    sensor = file.sidecar.sensor
-    given = {"gain": sensor.gain, "offset": sensor.offset}
-    named = {*file.sidecar.start, *file.sidecar.fixed, *file.sidecar.fit.free}
-    return named | {name for name, value in given.items() if value is not None}
+    sidecar = file.sidecar
+    return {*sidecar.start, *sidecar.fixed, *sidecar.fit.free, *setup.held}
 
 
 def _with_arguments(

@@ -13,6 +13,7 @@ from impactjax._fit.estimate import Estimate
 from impactjax._known import AnyArray
 from impactjax._problem.problem import Problem
 from impactjax._record.recording import Recording
+from impactjax._sensor.filtered_samples import filtered_samples
 from impactjax._sensor.low_pass import Butterworth
 
 _HIGHEST, _LOWEST, _COUNT = 0.4, 0.005, 16  # cutoffs tried, relative to the sampling rate
@@ -47,22 +48,9 @@ def filtered_records(estimate: Estimate[Problem]) -> list[FilteredRecord]:
     shown = np.asarray(recording.values) + np.asarray(estimate.residuals)
     shown = np.interp(ts, ts[valid], shown[valid])
     rate = 1 / float(np.mean(steps))
-    cutoffs = rate * np.geomspace(_HIGHEST, _LOWEST, _COUNT)
+    filters = [Butterworth(float(f)) for f in rate * np.geomspace(_HIGHEST, _LOWEST, _COUNT)]
+    changes = [filtered_samples(low_pass, shown, rate) - shown for low_pass in filters]
     return [
-        FilteredRecord(Butterworth(float(f)), np.where(valid, _filtered(shown, rate, f) - shown, 0))
-        for f in cutoffs
+        FilteredRecord(low_pass, np.where(valid, change, 0.0))
+        for low_pass, change in zip(filters, changes, strict=True)
     ]
-
-
-def _filtered(values: Column, rate: float, cutoff: float) -> Column:
-    """The output of a Butterworth filter of order 2, whose input was a line before the first
-    sample.
-    """
-    count, omega = len(values), 2 * np.pi * cutoff
-    ts = np.arange(count) / rate
-    slope = (values[1] - values[0]) * rate
-    line = values[0] + slope * ts
-    s = 1j * np.fft.rfftfreq(2 * count, 1 / rate) * 2 * np.pi / omega
-    response = 1 / (1 + np.sqrt(2) * s + s**2)
-    rest = np.fft.irfft(response * np.fft.rfft(values - line, 2 * count), 2 * count)[:count]
-    return line - slope * np.sqrt(2) / omega + rest

@@ -14,7 +14,7 @@ from impactjax._model.linear_contact import (
     half_turn,
 )
 from impactjax._model.separation import AbstractSeparation, AtZeroForce, AtZeroPenetration
-from impactjax._parameter import as_parameter, parameter, require_restitution
+from impactjax._parameter import as_parameter, parameter, plain, require_restitution
 from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
 
 
@@ -53,7 +53,7 @@ class KelvinVoigt(AbstractMemorylessLaw):
         without_pull = isinstance(separation, AtZeroForce)
         require_restitution(r, zero=not without_pull)
         inverse = damping_ratio_without_pull if without_pull else damping_ratio
-        return KelvinVoigt(omega0, inverse(as_parameter(r)), separation=separation)
+        return KelvinVoigt(omega0, inverse(plain(as_parameter(r))), separation=separation)
 
     def force(self, penetration: Length, rate: Speed, internal: tuple[()], mass: Mass) -> Force:
         del internal

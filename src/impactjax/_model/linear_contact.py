@@ -9,7 +9,9 @@ import math
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float
 
+from impactjax._known import AnyArray, namespace
 from impactjax._model.root import root
 from impactjax._types import Ratio
 
@@ -43,12 +45,12 @@ def decay(gamma: Ratio, duration: Ratio) -> Ratio:
     return jnp.where(endless, 0, jnp.exp(-gamma * jnp.where(endless, 0, duration)))
 
 
-@jax.jit
-def damping_ratio(r: Ratio) -> Ratio:
+def damping_ratio(r: Float[AnyArray, "..."]) -> Float[AnyArray, "..."]:
     """γ = −ln r/√(π² + ln² r), the inverse of r = exp(−π γ/√(1 − γ²)) (3.43); 1 for r = 0."""
+    xp = namespace(r)
     comes_back = r != 0
-    loss = jnp.log(jnp.where(comes_back, r, 1))
-    return jnp.where(comes_back, -loss / jnp.sqrt(math.pi**2 + loss**2), 1)
+    loss = xp.log(xp.where(comes_back, r, 1.0))
+    return xp.where(comes_back, -loss / xp.sqrt(math.pi**2 + loss**2), 1.0)
 
 
 @jax.jit

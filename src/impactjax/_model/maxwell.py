@@ -8,7 +8,7 @@ from impactjax._model.equivalents import Equivalents, equivalents
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.linear_contact import arc_ratio, damping_ratio, decay, half_turn
 from impactjax._model.separation import AbstractSeparation, AtZeroForce
-from impactjax._parameter import as_parameter, parameter, require_restitution
+from impactjax._parameter import as_parameter, parameter, plain, require_restitution
 from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
 
 
@@ -44,7 +44,7 @@ class Maxwell(AbstractForceLaw):
         **Raises** `ValueError` for an r above 1 or below 0.
         """
         require_restitution(r, zero=True)
-        return Maxwell(omega0, damping_ratio(as_parameter(r)))
+        return Maxwell(omega0, damping_ratio(plain(as_parameter(r))))
 
     def touch(self, speed: Speed, mass: Mass) -> Length:
         del mass

@@ -1,10 +1,12 @@
 """Reader of the tables in a zip archive, as phones' apps export them."""
 
+import struct
 import zipfile
+import zlib
 from pathlib import Path
 
 from impactjax._record.file_error import FileError
-from impactjax._record.needed import DAMAGE, unreadable_as
+from impactjax._record.needed import unreadable_as
 from impactjax._record.table import Table
 from impactjax._record.text import decoded
 from impactjax._record.text_table import table_of_lines
@@ -12,6 +14,10 @@ from impactjax._record.text_table import table_of_lines
 _TEXTS = (".csv", ".txt", ".tsv", ".dat")
 _ABOUT = ("meta/", "__macosx/")  # folders that describe the phone
 _LARGEST = 500_000_000  # bytes of an unpacked file
+_DAMAGE = (  # exceptions of `zipfile`, also for a password and for an unknown compression
+    *(OSError, ValueError, EOFError, RuntimeError, NotImplementedError),
+    *(struct.error, zlib.error, zipfile.BadZipFile, zipfile.LargeZipFile),
+)
 _START = b"PK\x03\x04"
 _BOOK = "xl/workbook.xml"
 
@@ -28,7 +34,7 @@ def is_book(path: Path) -> bool:
     try:
         with zipfile.ZipFile(path) as archive:
             return _BOOK in archive.namelist()
-    except DAMAGE:
+    except _DAMAGE:
         return False
 
 
@@ -65,7 +71,7 @@ def _texts(path: Path) -> dict[str, bytes]:
             return {each.filename: archive.read(each) for each in members}
     except FileError:
         raise
-    except DAMAGE as error:
+    except _DAMAGE as error:
         raise unreadable_as(path, "a zip archive") from error
 
 

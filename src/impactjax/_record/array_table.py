@@ -1,8 +1,5 @@
 """Reader of files with named arrays: NumPy, MATLAB, HDF5 and NetCDF."""
 
-import struct
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,14 +7,10 @@ from typing import Any
 import numpy as np
 
 from impactjax._record.file_error import FileError
+from impactjax._record.needed import DAMAGE, unreadable_as
 from impactjax._record.table import Table
 
 _Arrays = dict[str, Any]
-_DAMAGE = (  # exceptions of the readers for files that are damaged or of an unknown variant
-    *(OSError, ValueError, TypeError, KeyError, IndexError, EOFError, OverflowError, MemoryError),
-    *(NotImplementedError, AttributeError, AssertionError, struct.error),
-    *(zlib.error, zipfile.BadZipFile, RuntimeError),
-)
 
 
 def read_array_table(path: Path) -> Table:
@@ -59,11 +52,8 @@ def _arrays(path: Path) -> _Arrays:
     kind, read = ("HDF5", _hdf5) if is_hdf5 else _READERS.get(path.suffix.lower(), ("HDF5", _hdf5))
     try:
         return read(path)
-    except _DAMAGE as error:
-        problem = f"it is not a {kind} file that can be read"
-        raise FileError(
-            path, None, problem, "check that it is complete, or save it anew"
-        ) from error
+    except DAMAGE as error:
+        raise unreadable_as(path, f"a {kind} file") from error
 
 
 def _is_matlab_73(path: Path) -> bool:

@@ -1,6 +1,7 @@
 """Readers of other packages, which are installed only if they are asked for."""
 
 import importlib
+import struct
 import zipfile
 import zlib
 from pathlib import Path
@@ -11,7 +12,7 @@ from impactjax._record.file_error import FileError
 DAMAGE = (  # exceptions of such readers for files that are damaged or of an unknown variant
     *(OSError, ValueError, TypeError, LookupError, EOFError, ArithmeticError, MemoryError),
     *(NotImplementedError, AttributeError, AssertionError, RuntimeError, SyntaxError),
-    *(zlib.error, zipfile.BadZipFile, zipfile.LargeZipFile),
+    *(struct.error, zlib.error, zipfile.BadZipFile, zipfile.LargeZipFile),
 )
 
 

@@ -1,9 +1,8 @@
 """Channels of measured waveforms as columns, and the reader of LabVIEW's TDMS."""
 
-import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -44,7 +43,7 @@ def read_tdms(path: Path) -> Table:
             for channel in channels
             if (waveform := _channel(channel, f"{name}: " if len(groups) > 1 else "")) is not None
         ]
-    except (*DAMAGE, struct.error) as error:
+    except DAMAGE as error:
         raise unreadable_as(path, "a TDMS file") from error
     finally:
         log.set_level(level)
@@ -53,7 +52,17 @@ def read_tdms(path: Path) -> Table:
     return table_of_waveforms(path, found)
 
 
-def _channel(channel: Any, before: str) -> Waveform | None:  # noqa: ANN401  of npTDMS
+@runtime_checkable
+class _Channel(Protocol):
+    """A channel of npTDMS."""
+
+    name: str
+    properties: Mapping[str, Any]
+
+    def __getitem__(self, index: slice) -> np.ndarray: ...
+
+
+def _channel(channel: _Channel, before: str) -> Waveform | None:
     values, properties = np.asarray(channel[:]), channel.properties
     unit = str(properties.get("unit_string", "")).strip()
     if values.dtype.kind == "M" and values.size:

@@ -15,10 +15,7 @@ from impactjax._first_look.coordinate import (
 )
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._sensor.forces import (
-    acceleration,
-    slopes,
-)
+from impactjax._sensor.forces import acceleration, slopes
 from impactjax._shown import with_numbers
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Samples

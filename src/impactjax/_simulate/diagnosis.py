@@ -18,6 +18,8 @@ def admitted(run: Run) -> RESULTS:
     span = run.t1 - run.t0
     _, inside = initial_mode(run.model, run.t0, run.y0)
     held = [jnp.ones((), bool), *(each.holds for each in run.model.requirements())]
+    if run.factors is not None:
+        held.append(jnp.all(run.factors > 0))
     floor = 10 * jnp.finfo(span.dtype).eps
     result = RESULTS.where(inside, RESULTS.starts_inside_stop, RESULTS.successful)
     result = RESULTS.where(run.tolerance >= floor, result, RESULTS.tolerance_too_small)

@@ -40,14 +40,6 @@ class Settling(AbstractTransition):
         settled = mode._replace(phase=jnp.int32(Phase.SETTLED))
         return Jump(after, settled, jnp.ones((), bool))
 
-    def begins_impact(self, t: Scalar, y: State, mode: Mode) -> Flag:
-        del t, y, mode
-        return jnp.zeros((), bool)
-
-    def leaves_stop(self, t: Scalar, y: State, mode: Mode) -> Flag:
-        del t, y, mode
-        return jnp.zeros((), bool)
-
 
 def is_settled(
     model: ImpactOscillator,

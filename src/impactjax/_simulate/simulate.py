@@ -150,11 +150,12 @@ def _simulate(
 ) -> Trajectory:
     y0 = with_internal(model, initial.position, initial.velocity)
     in_order = jnp.all(jnp.diff(ts) > 0) & (t0 <= ts[0])
-    verdict = admitted(jax.lax.stop_gradient(Run(model, y0, t0, ts[-1], tolerance, in_order)))
+    asked = Run(model, y0, t0, ts[-1], tolerance, in_order, factors)
+    verdict = admitted(jax.lax.stop_gradient(asked))
     runs = verdict == RESULTS.successful
     # The derivatives of a lane that cannot run must be finite, since they are multiplied by zero.
-    model, y0, start, times = jax.tree.map(
-        lambda leaf: jnp.where(runs, leaf, jnp.ones_like(leaf)), (model, y0, t0, ts)
+    model, y0, start, times, factors = jax.tree.map(
+        lambda leaf: jnp.where(runs, leaf, jnp.ones_like(leaf)), (model, y0, t0, ts, factors)
     )
     run = jax.lax.stop_gradient(Run(model, y0, start, times[-1], tolerance, in_order, factors))
     record = record_steps(step, chatter, max_steps, run)

@@ -8,7 +8,7 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.flow import driven_acceleration, holding_resistance
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.transition import AbstractTransition, Context, Jump
-from impactjax._types import Code, Flag, Scalar
+from impactjax._types import Code, Scalar
 
 
 class Sliding(AbstractTransition):
@@ -33,14 +33,6 @@ class Sliding(AbstractTransition):
         return Jump(
             after, mode._replace(friction=self.direction(model, t, after, mode)), jnp.ones((), bool)
         )
-
-    def begins_impact(self, t: Scalar, y: State, mode: Mode) -> Flag:
-        del t, y, mode
-        return jnp.zeros((), bool)
-
-    def leaves_stop(self, t: Scalar, y: State, mode: Mode) -> Flag:
-        del t, y, mode
-        return jnp.zeros((), bool)
 
     def direction(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Code:
         """Sign of the sliding velocity that follows from standing still; 0 if the mass is held."""
