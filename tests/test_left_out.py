@@ -9,7 +9,7 @@ import pytest
 from scipy import signal
 
 import impactjax as ij
-from impactjax._compare.missing import missing_words
+from impactjax._compare.asked_for import words
 from tiers import thorough
 
 DEGREE = np.pi / 180
@@ -80,12 +80,12 @@ def test_needed_parameters_are_fitted():
     assert {*after.names} - {*before.names} == {"offset", "drift"}
     for name, truth in (*faults.items(), ("r", R), ("omega_n", OMEGA)):
         assert after[name].value == pytest.approx(truth, abs=4 * after[name].standard_error)
-    assert "AIC falls by" in missing_words(ij.left_out(before)[:2], before, after)
+    assert "AIC falls by" in words(ij.left_out(before)[:2], before, after)
 
 
 def test_known_parameters_stay():
     before = fitted(offset=NOISE / 2)
-    assert ij.with_left_out(before, known=["offset", "drift", "gap"]).names == before.names
+    assert ij.with_left_out(before, fixed=["offset", "drift", "gap"]).names == before.names
 
 
 def test_low_pass_that_nobody_stated_is_found():

@@ -9,7 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._compare.missing import missing, missing_words, values_before, with_missing
+from impactjax._compare.asked_for import asked_for, freed, values_before, words
 from impactjax._compare.nested import in_stages, special_case, starts_beside
 from impactjax._compare.oscillators import is_dry
 from impactjax._compare.prepare import Prepared
@@ -143,23 +143,23 @@ def compare_by(
     own = experiments.experiments if isinstance(experiments, Prepared) else experiments
     _check(own)
     settings = _Settings(starts, optimiser, search, progress, each)
-    fits, asked = _fits(own, settings, {}), []
+    fits, said = _fits(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
         best = _ranked(fits)[0]
-        found = missing(best.estimate, own[best.name], search)
+        found = asked_for(best.estimate, own[best.name], search)
         if not found:
             break
-        own = {x: with_missing(own[x], fits[x].estimate.problem, found) for x in own}
+        own = {x: freed(own[x], fits[x].estimate.problem, found) for x in own}
         more = _fits(own, settings, fits)
         if not _is_better(_ranked(more)[0].estimate, best.estimate):
             break
-        asked.append(missing_words(found, best.estimate, more[best.name].estimate))
+        said.append(words(found, best.estimate, more[best.name].estimate))
         fits = more
-    ranked = Comparison("recording", tuple(_ranked(fits)), notes=tuple(asked), seed=starts.seed)
+    ranked = Comparison("recording", tuple(_ranked(fits)), notes=tuple(said), seed=starts.seed)
     if not isinstance(experiments, Prepared):
         return ranked
     name, look, notes = experiments.name, experiments.first_look, experiments.notes
-    return dataclasses.replace(ranked, name=name, first_look=look, notes=(*notes, *asked))
+    return dataclasses.replace(ranked, name=name, first_look=look, notes=(*notes, *said))
 
 
 class _Settings(NamedTuple):

@@ -43,8 +43,9 @@ def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
     """The parameters that a fit held at a value, those first that would lower AIC the most.
 
     They are the gap of each stop, drag and dry friction of an oscillator that has them, and the
-    parameters of the sensor, if they were neither fitted nor tied. The cutoff of a low-pass that
-    the sensor does not have is among them if the record looks filtered.
+    parameters of the sensor, if they were neither fitted nor tied. Those that the fitted parameters
+    can replace are left out. The cutoff of a low-pass that the sensor does not have is among them
+    if the record looks filtered.
 
     **Arguments:**
 
@@ -61,7 +62,7 @@ def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
 def with_left_out(
     estimate: Estimate[Problem],
     *,
-    known: Sequence[str] = (),
+    fixed: Sequence[str] = (),
     optimiser: LevenbergMarquardt = LevenbergMarquardt(),
 ) -> Estimate[Problem]:
     """The estimate, fitted again with the parameters that the record asks for.
@@ -73,13 +74,13 @@ def with_left_out(
     **Arguments:**
 
     - `estimate`: estimate of a single fit.
-    - `known`: names of parameters that were measured, and are not to be freed.
+    - `fixed`: names of parameters that are known, and are not to be freed.
     - `optimiser`: settings of the search.
 
     **Raises** `ValueError` as `left_out` does.
     """
     for _ in range(_ROUNDS):
-        found = needed(estimate, known)
+        found = needed(estimate, fixed)
         if not found:
             return estimate
         problem = _freed(estimate, found)
@@ -91,10 +92,10 @@ def with_left_out(
 
 
 def needed(
-    estimate: Estimate[Problem], known: Sequence[str] = (), search: Search = Search()
+    estimate: Estimate[Problem], fixed: Sequence[str] = (), search: Search = Search()
 ) -> list[HeldParameter]:
     """The parameters to be freed together: each the most needed one beside those before it."""
-    candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in known]
+    candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in fixed]
     around = linearised(estimate)
     found: list[HeldParameter] = []
     while tests := _tests(estimate, around, candidates):
@@ -127,11 +128,14 @@ def _freed(estimate: Estimate[Problem], found: Sequence[HeldParameter]) -> Probl
 def _tests(
     estimate: Estimate[Problem], around: Around, candidates: Sequence[Candidate]
 ) -> list[tuple[HeldParameter, Column]]:
-    """The tests of some candidates with their columns; of several low-passes the best one."""
+    """The tests of candidates that the record tells of, with their columns; of several low-passes
+    the best one.
+    """
     found: dict[str, tuple[HeldParameter, Column]] = {}
     for each in candidates:
         test = tested(estimate, around, each)
-        if each.name not in found or test.gain > found[each.name][0].gain:
+        better = each.name not in found or (test and test.gain > found[each.name][0].gain)
+        if test is not None and better:
             found[each.name] = test, each.column
     return [*found.values()]
 

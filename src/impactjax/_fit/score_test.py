@@ -28,7 +28,7 @@ from impactjax._problem.problem import Problem
 from impactjax._sensor.low_pass import Butterworth
 
 CLEAR = 10.0  # expected fall of AIC from which a parameter is needed
-_NO_GAIN = -2.0  # AIC counts a parameter twice
+_COST = 2.0  # AIC counts a parameter twice
 _WHOLE = (0.5, 2.0)  # share of a filter's effect that counts as the whole
 _COLLINEAR = 1e-4  # length of c⊥ relative to c below which the fitted parameters can replace it
 
@@ -78,13 +78,16 @@ class Candidate(NamedTuple):
     column: Column
     low_pass: Butterworth | None = None
 
-    def found(self, step: float, error: float, gain: float) -> HeldParameter:
-        """The parameter with an estimate, which is a step away from the held value."""
+    def found(self, step: float, error: float, gain: float) -> HeldParameter | None:
+        """The parameter with an estimate, which is a step away from the held value; `None` if the
+        record does not show about the whole effect of the low-pass.
+        """
         if self.low_pass is None:
             return HeldParameter(self.name, self.unit, self.held, self.held + step, error, gain)
-        gain = gain if _WHOLE[0] < step < _WHOLE[1] else _NO_GAIN
+        if not _WHOLE[0] < step < _WHOLE[1]:
+            return None
         cutoff = float(self.low_pass.cutoff)
-        return HeldParameter(self.name, self.unit, math.inf, cutoff, math.nan, gain)
+        return HeldParameter(self.name, self.unit, self.held, cutoff, math.nan, gain)
 
 
 class Around(NamedTuple):
@@ -111,28 +114,30 @@ def root_weights(estimate: Estimate[Problem]) -> Column:
     return np.sqrt(np.asarray(estimate.problem.loss.weight(jnp.asarray(estimate.residuals))))
 
 
-def tested(estimate: Estimate[Problem], around: Around, candidate: Candidate) -> HeldParameter:
-    """The score test of one held parameter."""
+def tested(
+    estimate: Estimate[Problem], around: Around, candidate: Candidate
+) -> HeldParameter | None:
+    """The score test of one held parameter; `None` if the fitted parameters can replace it."""
     scores, column = around.residuals, candidate.column
     beside = _beside(around.jacobian, column)
     squared = beside @ beside
     if not squared > _COLLINEAR**2 * (column @ column):
-        return candidate.found(0.0, math.inf, _NO_GAIN)
+        return None
     step = -(beside @ scores) / squared
     left = scores + step * beside
     variance = float(_variance(estimate.problem, left, beside))
     error, score = np.sqrt(variance) / squared, (beside @ scores) ** 2 / variance
     n = float(estimate.freedom) + len(estimate.names)
     gain = score if np.isinf(n) else n * np.log1p(score / n)
-    return candidate.found(float(step), float(error), float(gain + _NO_GAIN))
+    return candidate.found(float(step), float(error), float(gain - _COST))
 
 
 def _beside(jacobian: np.ndarray, column: Column) -> Column:
     """The part of a column that the others do not explain."""
     norms = np.linalg.norm(jacobian, axis=0)
-    axes = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))[0]
-    once = column - axes @ (axes.T @ column)
-    return once - axes @ (axes.T @ once)  # twice, against rounding
+    scaled = jacobian / np.where(norms > 0, norms, 1.0)
+    once = column - scaled @ np.linalg.lstsq(scaled, column)[0]
+    return once - scaled @ np.linalg.lstsq(scaled, once)[0]  # twice, against rounding
 
 
 @eqx.filter_jit

@@ -1,4 +1,4 @@
-"""Parameters that the best of several fits left out, and all fits repeated with them."""
+"""Parameters that the record asks for, because the best of several fits left them out."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from impactjax._problem.problem import Problem
 _MOVED = 1.0  # change of a value, in standard errors, that is worth a word
 
 
-def missing(
+def asked_for(
     estimate: Estimate[Problem], experiment: Experiment, search: Search
 ) -> list[HeldParameter]:
     """The parameters that the record asks for beside those fitted and those stated by the user."""
@@ -26,9 +26,7 @@ def missing(
     return needed(estimate, tuple(experiment.fixed), search)
 
 
-def with_missing(
-    experiment: Experiment, problem: Problem, found: Sequence[HeldParameter]
-) -> Experiment:
+def freed(experiment: Experiment, problem: Problem, found: Sequence[HeldParameter]) -> Experiment:
     """The experiment with more parameters to fit, those that its model has."""
     sensor = sensor_with(experiment.sensor, found)
     known = handles(dataclasses.replace(problem.system, sensor=sensor))
@@ -45,20 +43,20 @@ def values_before(problem: Problem, estimate: Estimate[Problem]) -> np.ndarray:
     return np.array([float(each[name]) for name in problem.names])
 
 
-def missing_words(
+def words(
     found: Sequence[HeldParameter], before: Estimate[Problem], after: Estimate[Problem]
 ) -> str:
     """The sentence on what was fitted as well, by how much it matters, and with what effect."""
-    freed = [_freed(each, after) for each in found if each.name in after.names]
+    named = [_named(each, after) for each in found if each.name in after.names]
     gain = float(before.aic - after.aic)
     moved = [
         _moved(name, before, after) for name in before.names if _has_moved(name, before, after)
     ]
     effect = f" {'; '.join(moved)}." if moved else " No other value changes by its standard error."
-    return f"The record asks for {' and '.join(freed)}: AIC falls by {gain:.0f}.{effect}"
+    return f"The record asks for {' and '.join(named)}: AIC falls by {gain:.0f}.{effect}"
 
 
-def _freed(held: HeldParameter, after: Estimate[Problem]) -> str:
+def _named(held: HeldParameter, after: Estimate[Problem]) -> str:
     own = after[held.name]
     shown = with_unit(with_error(own.value, own.standard_error), own.unit)
     return f"`{held.name}` = {shown} instead of {held.instead}"
