@@ -10,7 +10,7 @@ import pytest
 from scipy import integrate, stats
 
 import impactjax as ij
-from impactjax._fit.mixed_model import OwnNoise, mixed_model
+from impactjax._fit.mixed_model import OwnNoise, mixed_model, whitened
 from tiers import quick, thorough
 
 GRAVITY, R, SPEED = 9.80665, 0.9, 3.0
@@ -160,6 +160,14 @@ def test_mixed_model_integrates_over_the_ratio():
 
 
 @quick
+def test_whitened_columns_have_the_inverse_covariance():
+    _, jacobian, effects = small_model()
+    found = whitened(jacobian, effects, np.float64(0.7))
+    inverse = np.linalg.inv(np.eye(9) + 0.7 * effects @ effects.T)
+    np.testing.assert_allclose(found.T @ found, jacobian.T @ inverse @ jacobian, rtol=1e-10)
+
+
+@quick
 def test_traced_mixed_model_equals_that_in_numpy():
     with jax.enable_x64(True):
         traced, plain = jax.jit(lambda: solved(jnp.asarray))(), solved()
@@ -219,8 +227,35 @@ def test_scatter_is_found_where_it_is():
     low, high = found.scatter.single
     assert low * high == pytest.approx(1.0)
     assert high == pytest.approx(np.exp(1.96 * found.scatter.size), rel=1e-4)
+    told = ij.identifiability(found)
+    np.testing.assert_allclose(told.bounds, found.standard_errors, rtol=1e-6)
     steady = ij.fit(experiment(jnp.asarray(bounce_times(rng, 0.0))))
     assert "less than" in str(steady)
+
+
+def test_scatter_of_a_recorded_motion():
+    """Heights of the ball at 500 Hz, with a factor for each of 13 impacts or more."""
+    rng = np.random.default_rng(9)
+    ts, scatter, noise = np.arange(2200) / 500, 0.02, 1e-3
+    logs = np.log(R) + scatter * rng.standard_normal(24)
+    speeds = SPEED * np.exp(np.concatenate([[0.0], np.cumsum(logs)]))
+    begins = np.concatenate([[0.0], np.cumsum(2 * speeds / GRAVITY)])
+    flight = np.searchsorted(begins, ts, side="right") - 1
+    left = ts - begins[flight]
+    heights = speeds[flight] * left - GRAVITY * left**2 / 2
+    recording = ij.Recording(ts, heights + noise * rng.standard_normal(2200), ij.Displacement())
+    plain = experiment(np.arange(6.0))
+    own = dataclasses.replace(plain, recording=recording, fixed=["x0"], scatter=ij.NormalScatter())
+    found = ij.fit(own)
+    assert found.converged
+    assert found.scatter is not None
+    assert found.scatter.low < scatter < found.scatter.high
+    hit = int(flight[-1])
+    told = np.asarray(found.scatter.logarithms)[: hit - 1] + np.log(found["r"].value)
+    np.testing.assert_allclose(told, logs[: hit - 1], atol=2e-3)
+    assert found["r"].low < R < found["r"].high
+    wrong = ij.fit(dataclasses.replace(own, scatter=None))
+    assert not wrong["r"].low < R < wrong["r"].high
 
 
 def test_few_impact_times_have_no_scatter():

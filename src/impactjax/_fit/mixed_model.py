@@ -18,16 +18,12 @@ Journal of the American Statistical Association 72, 320, for the restricted like
 and G. C. Tiao (1973), "Bayesian inference in statistical analysis", chapter 5, for its integral.
 """
 
-from collections.abc import Callable
-from types import ModuleType
 from typing import NamedTuple
 
-import jax
 import numpy as np
-from jax.scipy import special as traced
 from jaxtyping import Float
-from scipy import special
 
+from impactjax._fit.quantiles import bisected, chi_squared_above, student
 from impactjax._known import AnyArray, namespace
 
 Vector = Float[AnyArray, " observations"]
@@ -41,9 +37,6 @@ _BEYOND = 1e4  # factor by which the grid extends beyond the ratios that matter
 _LOST = 1e-12  # relative singular value that counts as zero
 _UNLIKELY = 1e-9  # relative weight of a ratio that does not matter
 _FARTHEST = 13.0  # more than the 97.5 % quantile of Student's t with one degree of freedom
-_HALVINGS = 36
-_FLAT = 12.0  # asinh t, and log χ², beyond which distributions are flat
-_NODES = 1024
 
 
 class OwnNoise(NamedTuple):
@@ -90,6 +83,12 @@ class MixedModel(NamedTuple):
         return self.weights @ self.effects
 
     @property
+    def ratio(self) -> Number:
+        """Geometric mean of λ."""
+        xp = namespace(self.ratios)
+        return xp.exp(self.weights @ xp.log(self.ratios))
+
+    @property
     def covariance(self) -> Float[AnyArray, "parameters parameters"]:
         """Scale matrices averaged over the ratios, plus the covariance of the estimates."""
         xp, away = namespace(self.values), self.values - self.value
@@ -103,25 +102,25 @@ class MixedModel(NamedTuple):
         near = xp.where(likely, self.values, self.value)
         reach = _FARTHEST * xp.max(xp.where(likely, errors, 0.0), axis=0)
 
-        student = _student(self.freedom)
+        below = student(self.freedom)
 
         def probability(place: Float[AnyArray, " parameters"]) -> Float[AnyArray, " parameters"]:
-            return self.weights @ student((place - self.values) / xp.where(errors > 0, errors, 1.0))
+            return self.weights @ below((place - self.values) / xp.where(errors > 0, errors, 1.0))
 
         low, high = xp.min(near, axis=0) - reach, xp.max(near, axis=0) + reach
-        return _bisected(probability, level, low, high)
+        return bisected(probability, level, low, high)
 
     def size(self, level: float) -> Number:
         """Quantile of the size s of the random effects; 0 if it may be lost in the noise."""
         xp = namespace(self.values)
-        most, above = xp.log(self.ratios * self.squares), _chi_squared_above(self.freedom)
+        most, above = xp.log(self.ratios * self.squares), chi_squared_above(self.freedom)
 
         def probability(log_variance: Number) -> Number:
             return self.weights @ above(most - log_variance)
 
         ends = xp.min(most) - 20.0, xp.max(most) + 20.0
         lost = self.weights @ xp.where(self.ratios < self.least, 1.0, 0.0)
-        size = xp.exp(_bisected(probability, level, *ends) / 2)
+        size = xp.exp(bisected(probability, level, *ends) / 2)
         return xp.where(lost > level, 0.0, size)
 
 
@@ -203,6 +202,14 @@ def marginal_likelihood(
     return xp.max(-(determinant + squares / size) / 2)
 
 
+def whitened(columns: Jacobian, effects: Effects, ratio: Number) -> Jacobian:
+    """Columns in units of random effects and noise together: (I + λ A Aᵀ)^(−1/2) times them."""
+    xp = namespace(columns, effects)
+    axes, lengths, _ = xp.linalg.svd(effects, full_matrices=False)
+    shrunk = 1 / xp.sqrt(1 + ratio * lengths**2) - 1
+    return columns + axes @ (shrunk[:, None] * (axes.T @ columns))
+
+
 def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Projected:
     xp = namespace(observed, jacobian, effects)
     norms = xp.linalg.norm(jacobian, axis=0)
@@ -223,72 +230,3 @@ def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Proje
     parts = axes.T @ left
     rest = xp.sum((left - axes @ parts) ** 2)
     return _Projected(basis, inverse, lengths, directions.T, parts, rest)
-
-
-def _student(freedom: Number) -> Callable[[AnyArray], AnyArray]:
-    """Distribution function of Student's t."""
-    xp, functions = _library(freedom)
-
-    def tail(rapidity: AnyArray) -> AnyArray:
-        share = freedom / (freedom + xp.sinh(rapidity) ** 2)
-        return functions.betainc(freedom / 2, xp.full_like(freedom, 0.5), share) / 2
-
-    tails = _tabulated(tail, freedom, 0.0, _FLAT)
-
-    def distribution(away: AnyArray) -> AnyArray:
-        beyond = tails(xp.arcsinh(xp.abs(away)))
-        return xp.where(away > 0, 1 - beyond, beyond)
-
-    return distribution
-
-
-def _chi_squared_above(freedom: Number) -> Callable[[AnyArray], AnyArray]:
-    """Probability that χ² is above a value, as a function of the value's logarithm."""
-    xp, functions = _library(freedom)
-
-    def above(log_value: AnyArray) -> AnyArray:
-        return functions.gammaincc(freedom / 2, xp.exp(log_value) / 2)
-
-    return _tabulated(above, freedom, -_FLAT, _FLAT)
-
-
-def _library(like: AnyArray) -> tuple[ModuleType, ModuleType]:
-    """The array module of a number, and the special functions for it."""
-    xp = namespace(like)
-    return xp, special if xp is np else traced
-
-
-def _tabulated(
-    function: Callable[[AnyArray], AnyArray], like: AnyArray, low: float, high: float
-) -> Callable[[AnyArray], AnyArray]:
-    """A function by linear interpolation, with one expensive evaluation for each node."""
-    xp = namespace(like)
-    nodes = function(xp.linspace(low, high, _NODES))
-
-    def interpolated(place: AnyArray) -> AnyArray:
-        steps = xp.clip((place - low) / (high - low), 0.0, 1.0) * (_NODES - 1)
-        left = xp.clip(xp.floor(steps), 0.0, _NODES - 2.0)
-        row = left.astype(np.int32)
-        return nodes[row] + (steps - left) * (nodes[row + 1] - nodes[row])
-
-    return interpolated
-
-
-def _bisected(
-    probability: Callable[[AnyArray], AnyArray], level: float, low: AnyArray, high: AnyArray
-) -> AnyArray:
-    """Place at which an increasing function has the value `level`."""
-    xp = namespace(low, high)
-
-    def halved(ends: tuple[AnyArray, AnyArray]) -> tuple[AnyArray, AnyArray]:
-        middle = (ends[0] + ends[1]) / 2
-        below = probability(middle) < level
-        return xp.where(below, middle, ends[0]), xp.where(below, ends[1], middle)
-
-    ends = low, high
-    if xp is np:
-        for _ in range(_HALVINGS):
-            ends = halved(ends)
-        return (ends[0] + ends[1]) / 2
-    ends = jax.lax.fori_loop(0, _HALVINGS, lambda _, ends: halved(ends), ends)
-    return (ends[0] + ends[1]) / 2

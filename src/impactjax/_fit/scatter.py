@@ -17,7 +17,13 @@ import jax.numpy as jnp
 from jaxtyping import Float
 
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.mixed_model import MixedModel, OwnNoise, marginal_likelihood, mixed_model
+from impactjax._fit.mixed_model import (
+    MixedModel,
+    OwnNoise,
+    marginal_likelihood,
+    mixed_model,
+    whitened,
+)
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.uncertainty import verdicts, within_ranges
 from impactjax._known import AnyArray, is_known, known, namespace
@@ -26,6 +32,7 @@ from impactjax._problem.problem import Problem
 from impactjax._simulate.impact_log import ImpactLog
 
 _ROUNDS = 4  # linearisations
+_SETTLED = 0.1  # move of a value by the last linearisation, relative to its error
 _CERTAIN = 1e8  # degrees of freedom that stand for a known variance
 _LOST = 1e-10  # relative singular value of a direction without information
 
@@ -45,8 +52,8 @@ class _Around(NamedTuple):
 def with_scatter(estimate: Estimate[Problem]) -> Estimate[Problem]:
     """The estimate with scatter from impact to impact, from one without.
 
-    Works under `jit` and `vmap`. An estimate that did not converge is returned with no change of
-    its values.
+    Works under `jit` and `vmap`. It has converged if the one without scatter had, and if the last
+    linearisation moves no value by more than a tenth of its error.
     """
     own = estimate.problem
     problem = own.padded() if is_known(own) else own
@@ -63,7 +70,7 @@ def with_scatter(estimate: Estimate[Problem]) -> Estimate[Problem]:
         solution = _solved(problem, point, logs)
         values, logs = _within(problem, values + solution.value), solution.effect
         point = around(values, logs)
-    found = _found(problem, values, logs, point)
+    found = _found(problem, values, logs, point, own.valid.shape[-1])
     longer = dataclasses.replace(estimate, problem=problem, scatter=None)
     return _estimate(longer, problem, *jax.tree.map(jnp.asarray, (found, point))).of(own)
 
@@ -121,19 +128,19 @@ def _whitened(
     felt = lengths > _LOST * jnp.max(lengths)
     axes = jnp.where(felt, axes, 0.0)
     rest = observed - axes @ (axes.T @ observed)
-    count = _count(problem, observed)
+    count, p = _count(problem, observed), jnp.sum(felt.astype(observed.dtype))
     size = jnp.sum(rest**2) / count
     spread = problem.noise.spread(rest, count, axes)
-    kappa = jnp.trace(spread) / (jnp.sum(felt) * size)
-    freedom = jnp.maximum(count / jnp.maximum(kappa, 1.0) - jnp.sum(felt), 1.0)
-    spread = spread * count / (count - jnp.sum(felt)) + jnp.diag(jnp.where(felt, 0.0, 1.0))
+    kappa = jnp.trace(spread) / (p * size)
+    freedom = jnp.maximum(count / jnp.maximum(kappa, 1.0) - p, 1.0)
+    spread = spread * count / (count - p) + jnp.diag(jnp.where(felt, 0.0, 1.0))
     root = jnp.linalg.cholesky(spread)
 
     def white(columns: AnyArray) -> AnyArray:
         return jax.scipy.linalg.solve_triangular(root, axes.T @ columns, lower=True)
 
     columns = (white(x) for x in (observed, point.jacobian, point.effects))
-    return *columns, jnp.sum(felt).astype(count.dtype), OwnNoise(freedom, freedom)
+    return *columns, p, OwnNoise(freedom, freedom)
 
 
 def _within(problem: Problem, values: Vector) -> Vector:
@@ -155,9 +162,11 @@ class _Found(NamedTuple):
     freedom: AnyArray
     scatter: Scatter
     likelihood: AnyArray
+    settled: AnyArray
 
 
-def _found(problem: Problem, values: Vector, logs: Effects, point: _Around) -> _Found:
+def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows: int) -> _Found:
+    """The answer around the last point; `rows` is the number of observations without padding."""
     solution = _solved(problem, point, logs)
     observed = point.effects @ logs - point.residuals
     count, variance = _count(problem, observed), problem.variance()
@@ -170,8 +179,12 @@ def _found(problem: Problem, values: Vector, logs: Effects, point: _Around) -> _
     )
     low, high = (values + solution.quantile(level) for level in (0.025, 0.975))
     middle, least, most = (solution.size(level) for level in (0.5, 0.025, 0.975))
-    scatter = Scatter(middle, least, most, solution.effect)
-    return _Found(values, low, high, solution.covariance, solution.freedom, scatter, likelihood)
+    jacobian = whitened(point.jacobian, point.effects, solution.ratio)[:rows]
+    scatter = Scatter(middle, least, most, solution.effect, jacobian)
+    xp, covariance = namespace(observed), solution.covariance
+    left = xp.abs(_within(problem, values + solution.value) - values)
+    settled = xp.all(left <= _SETTLED * xp.sqrt(xp.diagonal(covariance)))
+    return _Found(values, low, high, covariance, solution.freedom, scatter, likelihood, settled)
 
 
 @eqx.filter_jit
@@ -182,7 +195,8 @@ def _estimate(
     residuals, p = point.residuals, len(problem.names)
     n = _count(problem, residuals)
     missed = problem.misfit(residuals)
-    usable = estimate.converged & (missed == 0) & jnp.all(jnp.isfinite(residuals))
+    converged = estimate.converged & found.settled & jnp.all(jnp.isfinite(residuals))
+    usable = converged & (missed == 0)
     interval = within_ranges(problem, found.low, found.high)
     informative = jnp.any(point.jacobian != 0, axis=0)
     infinite = jnp.diag(jnp.where(informative, 0.0, jnp.inf))
@@ -208,6 +222,6 @@ def _estimate(
         aic=2 * parameters - 2 * found.likelihood,
         bic=jnp.log(n) * parameters - 2 * found.likelihood,
         misfit=missed,
-        converged=estimate.converged & jnp.all(jnp.isfinite(residuals)),
+        converged=converged,
         scatter=found.scatter,
     )

@@ -16,12 +16,15 @@ class Scatter(eqx.Module):
     - `size`: standard deviation s of the logarithm of the speed, its median [1].
     - `low`, `high`: ends of its 95 % interval; `low` is 0 if the record may have no scatter [1].
     - `logarithms`: expected deviation of each impact, the logarithm of its factor [1].
+    - `jacobian`: derivatives of the residuals by the fitted parameters, in units of scatter and
+      noise together, relative to the noise.
     """
 
     size: Float[AnyArray, "..."]
     low: Float[AnyArray, "..."]
     high: Float[AnyArray, "..."]
     logarithms: Float[AnyArray, "... impacts"]
+    jacobian: Float[AnyArray, "... observations parameters"]
 
     @property
     def single(self) -> tuple[Float[AnyArray, "..."], Float[AnyArray, "..."]]:

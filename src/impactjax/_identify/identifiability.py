@@ -12,14 +12,17 @@ def identifiability(estimate: Estimate) -> Information:
     """Information in the recording of a fit about the parameters, around their estimates.
 
     The noise is scaled to agree with the standard errors of the estimate, so that correlated
-    residuals count here as well. An estimate that is not `usable` contains no information. Works
-    under `jit` and `vmap`.
+    residuals count here as well. Scatter from impact to impact is part of it. An estimate that is
+    not `usable` contains no information. Works under `jit` and `vmap`.
     """
     estimate = known(estimate)
-    xp, parameters = namespace(estimate), estimate.problem.handles()
-    bounds = informed(parameters, estimate.values, estimate.jacobian).bounds
+    xp, parameters, scatter = namespace(estimate), estimate.problem.handles(), estimate.scatter
+    jacobian = estimate.jacobian if scatter is None else scatter.jacobian
+    bounds = informed(parameters, estimate.values, jacobian).bounds
     usable = xp.isfinite(bounds) & xp.isfinite(estimate.standard_errors) & (bounds > 0)
-    ratio = xp.where(usable, estimate.standard_errors / xp.where(usable, bounds, 1.0), xp.nan)
-    noise = xp.nanmedian(xp.where(xp.any(usable), ratio, 1.0))
+    ratios = xp.where(usable, estimate.standard_errors / xp.where(usable, bounds, 1.0), xp.nan)
+    noise = xp.nanmedian(xp.where(xp.any(usable), ratios, 1.0))
+    if scatter is not None:  # the size of scatter is uncertain, and each error depends on it anew
+        noise = xp.where(usable, ratios, noise)
     noise = xp.where(estimate.usable, noise, xp.inf)
-    return informed(parameters, estimate.values, estimate.jacobian / noise)
+    return informed(parameters, estimate.values, jacobian / noise)
