@@ -88,6 +88,9 @@ def test_factor_scales_the_restitution_of_a_contact(law):
 # The mixed model, against its definition: matrices inverted, and the ratio integrated by SciPy.
 
 
+LEFT = 9 - 2 - 2 + 3 / 7  # degrees of freedom of the small model
+
+
 def small_model():
     rng = np.random.default_rng(3)
     jacobian, effects = rng.standard_normal((9, 2)), rng.standard_normal((9, 4))
@@ -119,7 +122,7 @@ def test_mixed_model_solves_generalised_least_squares():
     for i in (0, 20, 47):
         values, scales, squares, _ = generalised(*small_model(), found.ratios[i])
         np.testing.assert_allclose(found.values[i], values, rtol=1e-10)
-        np.testing.assert_allclose(found.scales[i], scales * squares / 6, rtol=1e-9)
+        np.testing.assert_allclose(found.scales[i], scales * squares / LEFT, rtol=1e-9)
         assert found.squares[i] == pytest.approx(squares, rel=1e-10)
 
 
@@ -148,13 +151,13 @@ def test_mixed_model_integrates_over_the_ratio():
 
     def below(log_ratio):
         values, scales, squares, _ = generalised(*model, np.exp(log_ratio))
-        return stats.t.cdf((place - values[0]) / np.sqrt(scales[0, 0] * squares / 6), 6)
+        return stats.t.cdf((place - values[0]) / np.sqrt(scales[0, 0] * squares / LEFT), LEFT)
 
     assert expected(below) == pytest.approx(0.975, abs=2e-4)
 
     def smaller(log_ratio):
         squares = generalised(*model, np.exp(log_ratio))[2]
-        return stats.chi2.sf(np.exp(log_ratio) * squares / found.size(0.5) ** 2, 6)
+        return stats.chi2.sf(np.exp(log_ratio) * squares / found.size(0.5) ** 2, LEFT)
 
     assert expected(smaller) == pytest.approx(0.5, abs=2e-3)
 

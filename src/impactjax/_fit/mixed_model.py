@@ -10,8 +10,9 @@ contain the uncertainty of both sizes.
 
 The prior of log λ is flat where the observations can tell λ. It falls in proportion to λ where all
 random effects are below the noise, and as 1/√λ where the noise is below all random effects. That of
-log σ is flat; the distributions have one degree of freedom less, which makes up for the skewness of
-the estimated sizes: with it, 95 % intervals cover 92 to 99 % in `benchmarks/scatter_coverage.py`.
+log σ is flat. The distributions have one to two degrees of freedom less than that gives, which
+makes up for the skewness of the estimated sizes. Their number, n − p − 2 + 3/(n − p) for n
+observations and p parameters, was found by simulation: see `benchmarks/scatter_coverage.py`.
 
 Source: D. A. Harville (1977), "Maximum likelihood approaches to variance component estimation",
 Journal of the American Statistical Association 72, 320, for the restricted likelihood; G. E. P. Box
@@ -163,7 +164,7 @@ def mixed_model(
     likelihood = -xp.sum(xp.log(grown), axis=1) / 2 - freedom * xp.log(squares) / 2
     prior = xp.log(1 - 1 / (1 + ratios * strongest)) - xp.log(1 + ratios * weakest) / 2
     posterior = xp.exp(likelihood + prior - xp.max(likelihood + prior))
-    left = xp.maximum(freedom - 1, 1.0)
+    left = xp.maximum(freedom - 1 - xp.maximum(1 - 3 / freedom, 0.0), 1.0)  # by simulation
     along = part.basis.T @ effects
     mixed = along @ part.directions * part.lengths
     shares = ratios[:, None] / grown
