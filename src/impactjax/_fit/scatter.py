@@ -33,6 +33,7 @@ from impactjax._simulate.impact_log import ImpactLog
 
 _ROUNDS = 4  # linearisations
 _SETTLED = 0.1  # move of a value by the last linearisation, relative to its error
+_ROUNDING = 1e-8  # move that a simulation cannot resolve, relative to the value
 _CERTAIN = 1e8  # degrees of freedom that stand for a known variance
 _LOST = 1e-10  # relative singular value of a direction without information
 
@@ -53,7 +54,7 @@ def with_scatter(estimate: Estimate[Problem]) -> Estimate[Problem]:
     """The estimate with scatter from impact to impact, from one without.
 
     Works under `jit` and `vmap`. It has converged if the one without scatter had, and if the last
-    linearisation moves no value by more than a tenth of its error.
+    linearisation moves no value by more than a tenth of its error, or by more than rounding.
     """
     own = estimate.problem
     problem = own.padded() if is_known(own) else own
@@ -183,7 +184,8 @@ def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows
     scatter = Scatter(middle, least, most, solution.effect, jacobian)
     xp, covariance = namespace(observed), solution.covariance
     left = xp.abs(_within(problem, values + solution.value) - values)
-    settled = xp.all(left <= _SETTLED * xp.sqrt(xp.diagonal(covariance)))
+    enough = _SETTLED * xp.sqrt(xp.diagonal(covariance)) + _ROUNDING * xp.abs(values)
+    settled = xp.all(left <= enough)
     return _Found(values, low, high, covariance, solution.freedom, scatter, likelihood, settled)
 
 

@@ -17,8 +17,7 @@ _CLOCKS = (
 )
 _IMPACTS = ("impact times", "bounce time", "bounce times", "onset", "onset time")
 _FRAMES = ("frame", "frames", "frame number", "frame no.", "image", "image number", "frame index")
-_NAMES = {
-    **{word: name for name, each in QUANTITIES.items() for word in (name, *each.synonyms)},
+_OTHER_NAMES = {
     **dict.fromkeys((TIME, *_CLOCKS), TIME),
     **dict.fromkeys((IMPACT_TIME, *_IMPACTS), IMPACT_TIME),
     **dict.fromkeys(_FRAMES, FRAME),
@@ -114,11 +113,18 @@ def _in_parts(cell: str, text: str, run: str) -> Header:
     return Header(cell, quantity, name, axis, _IN_THE_NAME.get(name), run)
 
 
+def _names() -> dict[str, str]:
+    """The quantity of each name, those that a user has added to `QUANTITIES` included."""
+    known = {word: name for name, each in QUANTITIES.items() for word in (name, *each.synonyms)}
+    return {**known, **_OTHER_NAMES}
+
+
 def _quantity(text: str, unit: str | None) -> tuple[str | None, str, str]:
     """The quantity in a header, its name and its axis."""
     name = " ".join(re.sub(r"[_\-–{}()$\\/,]", " ", text).lower().split())
-    if name in _NAMES:
-        return _NAMES[name], name, ""
+    names = _names()
+    if name in names:
+        return names[name], name, ""
     words = re.sub(r"\b(?:ch(?:annel)?\s+\w{1,2}(?:\s*[+&]\s*\w{1,2})?|\d+)$", "", name).split()
     axis = ""
     for end in (-1, 0):
@@ -126,7 +132,7 @@ def _quantity(text: str, unit: str | None) -> tuple[str | None, str, str]:
             axis = words.pop(end)
     axis = _AXES.get(axis, MAGNITUDE) if axis else ""
     short = " ".join(words)
-    quantity = _NAMES.get(short)
+    quantity = names.get(short)
     if quantity == "acceleration" and axis and short not in _KINEMATIC:
         quantity = "proper acceleration"
     if unit is not None and _NAMELESS.fullmatch(short):
