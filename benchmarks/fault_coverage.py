@@ -1,12 +1,12 @@
 """Whether intervals keep their promise on records with the ordinary faults of a laboratory.
 
-    python benchmarks/fault_coverage.py --law kelvin-voigt [--count 40] [--fault zero --fault mixture]
+    python benchmarks/fault_coverage.py --law kelvin-voigt [--fault zero --fault mixture]
 
-A pendulum of 1.4 s at 1 kHz hits a stop. The motion is integrated here, by Runge-Kutta steps of 50 us
-that end at each contact, and not by the package. Each record gets one fault, or in the row `mixture` a
-random part of all. It is fitted as the command does, without a sidecar. Columns: share of identified
-intervals that hold the truth, their number, how many lie more than four standard errors off, share of
-parameters that are identified, and what was fitted besides.
+A pendulum of 1.4 s at 1 kHz hits a stop. The motion is integrated here, by Runge-Kutta steps of
+50 us that end at each contact, and not by the package. Each record gets one fault, or in the row
+`mixture` a random part of all. It is fitted as the command does, without a sidecar. Columns: share
+of identified intervals that hold the truth, their number, how many lie more than four standard
+errors off, share of parameters that are identified, and what was fitted besides.
 """
 
 import argparse
@@ -56,19 +56,19 @@ class Faults(NamedTuple):
 
 
 FAULTS: dict[str, Callable[[np.random.Generator], Faults]] = {
-    "none": lambda rng: Faults(),
+    "none": lambda _: Faults(),
     "zero": lambda rng: Faults(zero=rng.uniform(-0.6, 0.6) * DEGREE),
     "gain": lambda rng: Faults(gain=1 + rng.uniform(-0.03, 0.03)),
     "delay": lambda rng: Faults(delay=rng.uniform(0, 5e-3)),
     "drift": lambda rng: Faults(drift=rng.uniform(-0.5, 0.5) * DEGREE),
     "low-pass": lambda rng: Faults(cutoff=rng.uniform(30, 100)),
     "filtered noise": lambda rng: Faults(cutoff=rng.uniform(30, 100), filtered_noise=True),
-    "steps": lambda rng: Faults(step=0.1 * DEGREE),
+    "steps": lambda _: Faults(step=0.1 * DEGREE),
     "friction": lambda rng: Faults(friction=rng.uniform(0, 4)),
     "scatter": lambda rng: Faults(scatter=rng.uniform(0, 0.01)),
     "late release": lambda rng: Faults(late=rng.uniform(0.05, 0.3)),
-    "outliers": lambda rng: Faults(outliers=0.01),
-    "zero force": lambda rng: Faults(zero_force=True),
+    "outliers": lambda _: Faults(outliers=0.01),
+    "zero force": lambda _: Faults(zero_force=True),
 }
 
 
@@ -155,7 +155,7 @@ def record(law: str, rng: np.random.Generator, faults: Faults) -> ij.Recording:
     noise = rng.standard_normal(len(shown))
     if faults.filtered_noise:
         noise = signal.sosfilt(signal.butter(2, faults.cutoff, fs=1000, output="sos"), noise)
-        noise /= noise.std()
+        noise /= np.std(noise)
     shown = faults.gain * shown + faults.zero + faults.drift * ts + NOISE * noise
     wrong = rng.random(len(shown)) < faults.outliers
     shown = np.where(wrong, shown + rng.choice([-1, 1], len(shown)) * 10 * DEGREE, shown)
