@@ -98,6 +98,48 @@ def test_white_noise_errors_underestimate_under_correlation():
     assert np.all(coverage(found) < 0.6)
 
 
+def filtered(cutoff: float, count: int) -> np.ndarray:
+    """White noise behind a low-pass, at 1 kHz."""
+    white = np.random.default_rng(5).standard_normal((count, 1900))
+    return signal.sosfilt(signal.butter(2, cutoff, fs=1000.0, output="sos"), white, axis=1)[:, 500:]
+
+
+def lasting(scores: np.ndarray) -> float:
+    """Share of records whose correlation lasts longer than the noise model allows for."""
+    noise, count = ij.AutoregressiveNoise(), jnp.asarray(float(scores.shape[1]))
+    return float(np.mean(jax.vmap(lambda each: noise.lasts(each, count))(jnp.asarray(scores))))
+
+
+@pytest.mark.parametrize("cutoff", [10.0, 50.0, 450.0])
+def test_correlation_of_filtered_noise_does_not_last(cutoff):
+    assert lasting(filtered(cutoff, 400)) < 0.02
+
+
+@pytest.mark.parametrize("frequency", [2.0, 7.0, 15.0])
+def test_correlation_of_slow_misfit_lasts(frequency):
+    """A misfit of 0.3 times the noise."""
+    slow = np.sin(2 * np.pi * frequency * np.arange(1400) / 1000.0)
+    noise = np.random.default_rng(6).standard_normal((100, 1400))
+    assert lasting(noise + 0.3 * np.sqrt(2) * slow) > 0.95
+
+
+def test_lasting_correlation_leaves_nothing_identified():
+    """A wave beside a straight line, where nothing else is wrong."""
+    ts = np.linspace(0.0, 1.0, 1001)
+    white = SIZE * np.random.default_rng(7).standard_normal(1001)
+    wave = SIZE * np.sin(30 * ts)
+    for beside, verdict, reason in (
+        (0.0, ij.Verdict.IDENTIFIED, ij.Reason.BOUNDED),
+        (wave, ij.Verdict.UNDECIDED, ij.Reason.LASTING_CORRELATION),
+    ):
+        recording = ij.Recording(ts, X0 + SPEED * ts + white + beside, ij.Displacement())
+        model = ij.ImpactOscillator(ij.FreeMass())
+        found = ij.fit(ij.Experiment(model, recording, ij.InitialState(0.2, SPEED)))
+        for each in (found, ij.profiled(found)):
+            assert [each.verdict(name) for name in each.names] == [verdict] * 2
+            assert [each.reason(name) for name in each.names] == [reason] * 2
+
+
 @pytest.mark.parametrize("loss", [ij.SoftL1(SIZE), ij.Cauchy(2 * SIZE), ij.StudentT(SIZE)])
 def test_robust_fit_ignores_outliers(loss):
     rng = np.random.default_rng(2)

@@ -38,6 +38,7 @@ from impactjax._fit.learned import Learned as Learned
 from impactjax._fit.left_out import left_out as left_out
 from impactjax._fit.left_out import with_left_out as with_left_out
 from impactjax._fit.profile import profiled as profiled
+from impactjax._fit.reason import Reason as Reason
 from impactjax._fit.scatter_found import Scatter as Scatter
 from impactjax._fit.score_test import HeldParameter as HeldParameter
 from impactjax._fit.starts import Starts as Starts

@@ -38,19 +38,17 @@ from impactjax._compare.compare import Comparison, compare_by
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.prepare import Prepared, prepared
-from impactjax._compare.ranking import rejected
 from impactjax._compare.survey import Survey
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.evaluation import evaluate
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
 from impactjax._known import known
-from impactjax._number_format import interval, with_unit
+from impactjax._number_format import with_unit
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
 from impactjax._record.file_error import FileError
-from impactjax._report.given import given
-from impactjax._report.rows import verdict_of
+from impactjax._report.rows import parameter_rows
 from impactjax._report.words import sentences
 from impactjax._report.write import report_files, report_texts, write_texts
 
@@ -58,6 +56,7 @@ _WIDTH = 120  # columns of a table that is not printed on a terminal
 _MOST_AT_ONCE = 4  # laws in parallel; each needs a gigabyte to compile
 
 _SEED_HELP = "Random seed for scattered starts."
+_HOLDOUT_HELP = "Share of the record, at its end, that is not fitted but predicted by each law."
 _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be given several times."
 
 
@@ -73,6 +72,10 @@ def fit_command(
     free: Free = None,
     fix: Fix = None,
     loss: LossName = "squares",
+    holdout: Annotated[
+        float,
+        typer.Option("--holdout", metavar="SHARE", min=0.0, max=0.9, help=_HOLDOUT_HELP),
+    ] = 0.0,
     seed: Annotated[
         int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help=_SEED_HELP)
     ] = 0,
@@ -101,7 +104,7 @@ def fit_command(
         made = [_prepared(found, said) for found in surveys]
         for found in surveys:
             typer.echo(f"{checked(found)}\n")
-        comparisons = _compared(made, seed)
+        comparisons = _compared(made, seed, holdout)
     except (FileError, Refusal) as error:
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
@@ -144,7 +147,7 @@ def _targets(out: Path | None, force: bool) -> tuple[Path, ...]:
     return targets
 
 
-def _compared(prepared: Sequence[Prepared], seed: int) -> list[Comparison]:
+def _compared(prepared: Sequence[Prepared], seed: int, holdout: float) -> list[Comparison]:
     folder = compiled_programs()
     search = Search() if folder is None else Search(kept(evaluate, folder / "traced"))
     starts, optimiser, comparisons = Starts(16, seed), LevenbergMarquardt(), []
@@ -161,7 +164,7 @@ def _compared(prepared: Sequence[Prepared], seed: int) -> list[Comparison]:
                 bar.update(display, description=f"{escape(name)}: {'; '.join(begun)}")
 
             try:
-                found = compare_by(search, each, starts, optimiser, tell, pool.map)
+                found = compare_by(search, each, starts, optimiser, tell, pool.map, holdout)
             except ValueError as error:
                 raise Refusal(f"{each.name}: {error}") from error
             fits = tuple(fit._replace(estimate=_known(fit.estimate)) for fit in found)
@@ -201,24 +204,13 @@ def _print(comparison: Comparison, printed: Sequence[str]) -> None:
         "verdict",
     ):
         table.add_column(heading, no_wrap=True)
-    ruled_out = rejected([fitted.estimate for fitted in fits])
-    for fitted, out in zip(fits, ruled_out, strict=True):
-        estimate = fitted.estimate
-        rms, known = f"{float(estimate.rms) * factor:.4g} {unit}", given(fitted)
-        for i, parameter in enumerate(estimate.names):
-            error = float(estimate.standard_errors[i])
-            value = estimate.quoted(parameter)
-            own = "" if estimate.units[i] == "1" else f" {estimate.units[i]}"
-            table.add_row(
-                fitted.name if i == 0 else "",
-                rms if i == 0 else "",
-                parameter,
-                value + own,
-                interval(float(estimate.low[i]), float(estimate.high[i]), error),
-                f"{verdict_of(estimate, parameter, out)}{known.words(parameter)}",
-            )
-            if (free := known.own.get(parameter)) is not None:
-                table.add_row("", "", free.name, with_unit(free.shown, free.unit), "", "")
+    for fitted, rows in zip(fits, parameter_rows(fits), strict=True):
+        shown = [fitted.name, f"{float(fitted.estimate.rms) * factor:.4g} {unit}"]
+        for row in rows:
+            value = with_unit(row["value"], row["unit"] or "1")
+            verdict = f"{row['verdict']}{row['given']}" if row["interval"] else ""
+            table.add_row(*shown, row["name"], value, row["interval"], verdict)
+            shown = ["", ""]
         table.add_section()
     if not console.is_terminal:
         endless = console.options.update(width=10 * _WIDTH)

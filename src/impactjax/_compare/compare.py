@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from impactjax._compare.asked_for import asked_for, freed, values_before, words
+from impactjax._compare.holdout import Prediction, check_holdout, fitted_part, prediction
 from impactjax._compare.nested import in_stages, special_case, starts_beside
 from impactjax._compare.oscillators import is_dry
 from impactjax._compare.prepare import Prepared
@@ -44,6 +45,7 @@ class Fitted(NamedTuple):
     - `stated`: names of the parameters whose values the user stated.
     - `worse_than`: names of special cases of the model that fit better. That is a failure of the
       search, so the estimate counts as not converged.
+    - `prediction`: prediction of the part that was held out; `None` if none was.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Fitted(NamedTuple):
     seconds: float
     stated: tuple[str, ...] = ()
     worse_than: tuple[str, ...] = ()
+    prediction: Prediction | None = None
 
     @property
     def is_free_flight(self) -> bool:
@@ -108,6 +111,7 @@ def compare(
     *,
     starts: Starts = Starts(16),
     optimiser: LevenbergMarquardt = LevenbergMarquardt(),
+    holdout: float = 0.0,
     progress: Progress = lambda _: None,
 ) -> Comparison:
     """Fits of several models to one recording, ranked, with intervals from profile likelihoods.
@@ -121,11 +125,13 @@ def compare(
 
     - `experiments`: result of `prepare`, or experiments by names of your own.
     - `starts`, `optimiser`: settings of the searches.
+    - `holdout`: share of the observations, at the end of the recording, that is not fitted but
+      predicted by each fit.
     - `progress`: function called with the name of each model when its search begins.
 
     **Raises** `ValueError` as `fit` does, and for experiments that are not on one recording.
     """
-    return compare_by(Search(), experiments, starts, optimiser, progress, map)
+    return compare_by(Search(), experiments, starts, optimiser, progress, map, holdout)
 
 
 def compare_by(
@@ -135,13 +141,16 @@ def compare_by(
     optimiser: LevenbergMarquardt,
     progress: Progress,
     each: Each,
+    holdout: float = 0.0,
 ) -> Comparison:
     """Variant of `compare` with a given search. `each` maps a function over the models of a stage:
     `map`, or that of a pool of threads.
     """
     check_search(starts, optimiser)
-    own = experiments.experiments if isinstance(experiments, Prepared) else experiments
-    _check(own)
+    check_holdout(holdout)
+    given = experiments.experiments if isinstance(experiments, Prepared) else experiments
+    _check(given)
+    own = {name: _without_end(each, holdout) for name, each in given.items()}
     settings = _Settings(starts, optimiser, search, progress, each)
     fits, said = _fits(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
@@ -155,11 +164,25 @@ def compare_by(
             break
         said.append(words(found, best.estimate, more[best.name].estimate))
         fits = more
+    if holdout > 0:
+        fits = {x: _scored(fits[x], given[x]) for x in fits}
     ranked = Comparison("recording", tuple(_ranked(fits)), notes=tuple(said), seed=starts.seed)
     if not isinstance(experiments, Prepared):
         return ranked
     name, look, notes = experiments.name, experiments.first_look, experiments.notes
     return dataclasses.replace(ranked, name=name, first_look=look, notes=(*notes, *said))
+
+
+def _without_end(experiment: Experiment, share: float) -> Experiment:
+    """The experiment without the last `share` of its observations."""
+    if share == 0:
+        return experiment
+    return dataclasses.replace(experiment, recording=fitted_part(experiment.recording, share))
+
+
+def _scored(fitted: Fitted, whole: Experiment) -> Fitted:
+    """The fit with its prediction of the part that was held out."""
+    return fitted._replace(prediction=prediction(fitted.estimate, whole.recording))
 
 
 class _Settings(NamedTuple):

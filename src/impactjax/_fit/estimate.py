@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from impactjax._fit.estimate_tables import as_dataframe, as_html, as_xarray
 from impactjax._fit.fitted_parameter import FittedParameter
+from impactjax._fit.reason import Reason, reasons
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, known
@@ -37,6 +38,8 @@ class Estimate(eqx.Module, Generic[P]):
     - `freedom`: degrees of freedom: effective number of independent observations minus parameters;
       infinite if the sensor's noise is known.
     - `memory`: order of the residuals' autoregression; 0 if they are independent.
+    - `lasting`: true if the residuals are correlated for longer than the noise model allows for.
+      Errors and intervals are then too small, and no parameter is identified.
     - `low`, `high`: ends of the 95 % interval; the end of the range, or infinity, if that side is
       open; NaN if the profile could not be completed.
     - `covariance`: covariance matrix of the values.
@@ -66,6 +69,7 @@ class Estimate(eqx.Module, Generic[P]):
     inflation: PerParameter
     freedom: Float[AnyArray, "..."]
     memory: Int[AnyArray, "..."]
+    lasting: Bool[AnyArray, "..."]
     low: PerParameter
     high: PerParameter
     covariance: Float[AnyArray, "... parameters parameters"]
@@ -179,6 +183,13 @@ class Estimate(eqx.Module, Generic[P]):
         if name not in self.names:
             return Verdict.FIXED
         return Verdict(int(np.asarray(self.verdicts[self.names.index(name)])))
+
+    def reason(self, name: str) -> Reason:
+        """The reason of the verdict on a parameter of a single fit."""
+        self.check_single()
+        if name not in self.names:
+            return Reason.FIXED
+        return Reason(int(np.asarray(reasons(self))[self.names.index(name)]))
 
     def quoted(self, name: str) -> str:
         """A parameter of a single fit as text: its value with its standard error, "0.71 ± 0.02".

@@ -109,6 +109,7 @@ def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Prob
         inflation=estimate.inflation[places],
         freedom=estimate.freedom,
         memory=problem.noise.order(problem.loss.score(residuals), count),
+        lasting=estimate.lasting,
         low=estimate.low[places],
         high=estimate.high[places],
         covariance=estimate.covariance[places][:, places],

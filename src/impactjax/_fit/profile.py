@@ -38,7 +38,8 @@ def profiled(
     on which it never does is open.
 
     If the search for an end cannot continue, because the simulation fails there or the limit is
-    not found, the end is NaN and the verdict `UNDECIDED`. A standard error that differs from the
+    not found, the end is NaN and the verdict `UNDECIDED`; it is also that of a bounded parameter if
+    the correlation of the residuals is `lasting`. A standard error that differs from the
     interval by a factor of 1.5 or more is replaced by that of the interval. An estimate that is
     not `usable`, or has scatter from impact to impact, is returned unchanged: the intervals of the
     latter are integrals over the size of the scatter.
@@ -73,10 +74,15 @@ def profiled_by(
     below, above = walks[::2], walks[1::2]
     low = np.array([walk.end(each.low) for walk, each in zip(below, ranges, strict=True)])
     high = np.array([walk.end(each.high) for walk, each in zip(above, ranges, strict=True)])
-    verdicts = np.array([_verdict(a, b) for a, b in zip(below, above, strict=True)], np.int32)
-    errors, covariance = _agreeing(
-        estimate, np.where(verdicts == Verdict.IDENTIFIED, high - low, 0)
-    )
+    found = [_verdict(a, b) for a, b in zip(below, above, strict=True)]
+    widths = [
+        (b - a) if verdict is Verdict.IDENTIFIED else 0.0
+        for a, b, verdict in zip(low, high, found, strict=True)
+    ]
+    errors, covariance = _agreeing(estimate, np.array(widths))
+    if bool(estimate.lasting):
+        found = [Verdict.UNDECIDED if each is Verdict.IDENTIFIED else each for each in found]
+    verdicts = np.array(found, np.int32)
     return eqx.tree_at(
         lambda each: (each.low, each.high, each.verdicts, each.standard_errors, each.covariance),
         estimate,

@@ -199,6 +199,7 @@ def _estimate(
     missed = problem.misfit(residuals)
     converged = estimate.converged & found.settled & jnp.all(jnp.isfinite(residuals))
     usable = converged & (missed == 0)
+    lasting = problem.noise.lasts(residuals, n)
     interval = within_ranges(problem, found.low, found.high)
     informative = jnp.any(point.jacobian != 0, axis=0)
     infinite = jnp.diag(jnp.where(informative, 0.0, jnp.inf))
@@ -214,8 +215,9 @@ def _estimate(
         low=interval.low,
         high=interval.high,
         covariance=found.covariance + infinite,
+        lasting=lasting,
         verdicts=verdicts(
-            interval.below & usable & informative, interval.above & usable & informative
+            interval.below & usable & informative, interval.above & usable & informative, lasting
         ),
         residuals=residuals,
         jacobian=point.jacobian,

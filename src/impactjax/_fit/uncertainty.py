@@ -61,6 +61,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     converged = minimum.converged & (count > p)
     missed = problem.misfit(residuals)
     usable = converged & (missed == 0)
+    lasting = noise.lasts(loss.score(residuals), n)
     likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2 - problem.log_units
     likelihood = jnp.where(simulated, likelihood, -jnp.inf)
     found = p + problem.sizes_found
@@ -74,7 +75,8 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         inflation=jnp.where(plain > 0, errors / jnp.sqrt(jnp.where(plain > 0, plain, 1.0)), 1.0),
         freedom=freedom,
         memory=noise.order(loss.score(residuals), n),
-        verdicts=verdicts(interval.below & usable, interval.above & usable),
+        lasting=lasting,
+        verdicts=verdicts(interval.below & usable, interval.above & usable, lasting),
         residuals=residuals,
         jacobian=jacobian,
         impacts=minimum.answer.impacts,
@@ -109,9 +111,12 @@ def within_ranges(problem: AbstractProblem, low: Array, high: Array) -> Interval
     return Interval(low, high, low > lowest, high < highest)
 
 
-def verdicts(below: Array, above: Array) -> Array:
-    """Verdicts on parameters, from masks of those bounded from below and from above."""
-    both = jnp.where(below & above, Verdict.IDENTIFIED, Verdict.ONE_SIDED)
+def verdicts(below: Array, above: Array, lasting: Array) -> Array:
+    """Verdicts on parameters, from masks of those bounded from below and from above. None is
+    identified if the residuals are correlated for longer than their noise model allows for.
+    """
+    bounded = jnp.where(lasting, Verdict.UNDECIDED, Verdict.IDENTIFIED)
+    both = jnp.where(below & above, bounded, Verdict.ONE_SIDED)
     return jnp.where(below | above, both, Verdict.NOT_IDENTIFIED).astype(jnp.int32)
 
 

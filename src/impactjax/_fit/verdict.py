@@ -12,7 +12,7 @@ class Verdict(enum.IntEnum):
     IDENTIFIED = 1  # from both sides
     ONE_SIDED = 2  # from one side only
     NOT_IDENTIFIED = 3  # from none
-    UNDECIDED = 4  # the profile could not be completed
+    UNDECIDED = 4  # no interval that can be relied on
 
     def __str__(self) -> str:
         return _WORDS[self.value]

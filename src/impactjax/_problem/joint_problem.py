@@ -199,6 +199,16 @@ class _JointNoise(AbstractNoise):
         ]
         return jnp.max(jnp.stack(each))
 
+    def lasts(self, scores: Scores, count: Scalar) -> Flag:
+        del count
+        lasting = [
+            noise.lasts(block, n.astype(scores.dtype))
+            for noise, n, block in zip(
+                self.noises, self.counts, _blocks(scores, self.lengths), strict=False
+            )
+        ]
+        return jnp.any(jnp.stack(lasting))
+
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
         del count
         own = _blocks(scores, self.lengths)

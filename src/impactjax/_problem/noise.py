@@ -5,12 +5,16 @@ import abc
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, Key
+from jaxtyping import Array, Bool, Float, Int, Key
+from scipy import special
 
 from impactjax._known import AnyArray, namespace
 from impactjax._optimise.minimiser import Matrix
 from impactjax._shown import with_numbers
 from impactjax._types import Scalar
+
+_FEWEST = 8  # lines of a spectrum that can tell whether it is flat
+_UNLIKELY = 1e-5  # significance level of the test for lasting correlation
 
 Scores = Float[Array, " observations"]
 Jacobian = Float[Array, "observations parameters"]
@@ -25,6 +29,10 @@ class AbstractNoise(eqx.Module):
     @abc.abstractmethod
     def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
         """Order of the autoregression of the residuals; 0 if they are independent."""
+
+    @abc.abstractmethod
+    def lasts(self, scores: Scores, count: Scalar) -> Bool[Array, ""]:
+        """True if the scores are correlated for longer than the model allows for."""
 
     @abc.abstractmethod
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
@@ -43,6 +51,10 @@ class WhiteNoise(AbstractNoise):
     def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
         del scores, count
         return jnp.int32(0)
+
+    def lasts(self, scores: Scores, count: Scalar) -> Bool[Array, ""]:
+        del scores, count
+        return jnp.zeros((), bool)
 
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
         return jnp.sum(scores**2) / count * (jacobian.T @ jacobian)
@@ -73,6 +85,27 @@ class AutoregressiveNoise(AbstractNoise):
 
     def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
         return self._fitted(scores, count)[0]
+
+    def lasts(self, scores: Scores, count: Scalar) -> Bool[Array, ""]:
+        """True if the periodogram divided by S is not flat at frequencies below one period in twice
+        the longest memory: if the portmanteau statistic Q = N Σ ρₖ² of its N/2 lines exceeds its
+        limit. False for records with fewer than eight lines.
+
+        Source: G. E. P. Box and D. A. Pierce (1970), Journal of the American Statistical
+        Association 65, 1509, for the statistic.
+        """
+        length = scores.shape[0]
+        lines = length // (2 * (self.most + 1))
+        if lines < _FEWEST:
+            return jnp.zeros((), bool)
+        power = jnp.abs(jnp.fft.rfft(scores)) ** 2
+        flat = power / self._spectrum(scores, count, length)
+        low = flat[: lines + 1].at[0].set(0.0)  # that of the mean
+        rho = jnp.fft.irfft(low, 2 * lines)
+        most = lines // 2
+        excess = jnp.sum((rho[1 : most + 1] / jnp.where(rho[0] > 0, rho[0], 1.0)) ** 2)
+        statistic = 2 * lines * (count / length) * excess
+        return statistic > float(special.chdtri(most, _UNLIKELY))
 
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
         length = 2 * scores.shape[0]

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import ArrayLike
 
+from impactjax._compare.across import across
 from impactjax._compare.compare import Comparison, Fitted
 from impactjax._compare.ranking import differences, rejected
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.reason import Reason
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residual_diagnostics import residual_diagnostics
@@ -47,6 +49,7 @@ def _fits(comparison: Comparison) -> list[dict[str, Any]]:
     and a flag for a law that the best one rules out, whose verdicts are meaningless.
     """
     estimates = [fitted.estimate for fitted in comparison]
+    wider = _across(comparison)
     against_best = zip(comparison, differences(estimates), rejected(estimates), strict=True)
     return [
         {
@@ -54,9 +57,21 @@ def _fits(comparison: Comparison) -> list[dict[str, Any]]:
             **_fit(fitted),
             "aic_behind": _number(behind),
             "rejected": out,
+            "across": wider if i == 0 else {},
         }
-        for fitted, behind, out in against_best
+        for i, (fitted, behind, out) in enumerate(against_best)
     ]
+
+
+def _across(comparison: Comparison) -> dict[str, Any]:
+    """Intervals of the best fit's parameters across the laws that cannot be told apart from it."""
+    return {
+        name: {
+            "interval95": [_number(each.low), _number(each.high)],
+            "laws": [comparison[i].name for i in each.models],
+        }
+        for name, each in across([fitted.estimate for fitted in comparison]).items()
+    }
 
 
 def _fit(fitted: Fitted) -> dict[str, Any]:
@@ -70,6 +85,7 @@ def _fit(fitted: Fitted) -> dict[str, Any]:
         "rms_residual": {"value": _number(estimate.rms), "unit": recording.unit},
         "aic": _number(estimate.aic),
         "bic": _number(estimate.bic),
+        "prediction": _prediction(fitted),
         "seconds": round(fitted.seconds, 3),
         "outcome": outcome_of(fitted),
         "aicc": _number(corrected_aic(estimate)),
@@ -79,6 +95,14 @@ def _fit(fitted: Fitted) -> dict[str, Any]:
         "scatter": _scatter(estimate),
         "assumptions": [each._asdict() for each in given(fitted).assumed],
     }
+
+
+def _prediction(fitted: Fitted) -> dict[str, Any] | None:
+    """The prediction of the part of the recording that was held out."""
+    found, unit = fitted.prediction, fitted.estimate.problem.recording.unit
+    if found is None:
+        return None
+    return {"n_samples": found.count, "rms_residual": {"value": _number(found.rms), "unit": unit}}
 
 
 def _result(estimate: Estimate) -> str:
@@ -148,6 +172,7 @@ def _residuals(estimate: Estimate) -> dict[str, Any]:
         "sentences": residual_sentences(estimate),
         "independent": bool(found.independent),
         "autoregression_order": int(estimate.memory),
+        "lasting_correlation": bool(estimate.lasting),
         "autocorrelation": [_number(v) for v in np.asarray(found.autocorrelation)],
         "band": _number(found.band),
         "portmanteau": _number(found.portmanteau),
@@ -171,6 +196,7 @@ def _fitted_parameters(estimate: Estimate) -> dict[str, Any]:
             "interval95": [_number(estimate.low[i]), _number(estimate.high[i])],
             "unit": estimate.units[i],
             "verdict": str(estimate.verdict(name)),
+            "reason": str(estimate.reason(name)),
             "error_inflation": _number(estimate.inflation[i]),
         }
         for i, name in enumerate(estimate.names)
@@ -186,6 +212,7 @@ def _fixed_parameters(estimate: Estimate) -> dict[str, Any]:
             "interval95": None,
             "unit": handle.allowed.unit,
             "verdict": str(Verdict.FIXED),
+            "reason": str(Reason.FIXED),
             "error_inflation": None,
         }
         for name, handle in handles(system).items()

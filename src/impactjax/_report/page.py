@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from impactjax._compare.compare import Comparison, Fitted
-from impactjax._compare.ranking import CLEAR, rejected
+from impactjax._compare.ranking import CLEAR
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.words import coupling
 from impactjax._report.coupling_figures import (
@@ -31,7 +31,7 @@ from impactjax._report.rows import (
     ABSENT,
     impact_rows,
     law_rows,
-    rows_with_assumptions,
+    parameter_rows,
     sources,
 )
 from impactjax._report.search_figures import plot_first_look, plot_starts
@@ -76,10 +76,11 @@ def _section(comparison: Comparison) -> dict[str, Any]:
             ),
         ],
         "laws": law_rows(fits),
+        "held_out": best.prediction is not None,
         "restitution": _restitution(name, fits),
         "parameters": [
-            (each.name, rows_with_assumptions(each, out))
-            for each, out in zip(fits, rejected([each.estimate for each in fits]), strict=True)
+            (each.name, rows)
+            for each, rows in zip(fits, parameter_rows(fits), strict=True)
             if was_simulated(each.estimate)
         ],
         "coupling": coupling(told),

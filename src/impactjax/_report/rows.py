@@ -2,13 +2,14 @@
 
 import inspect
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import jax
 import numpy as np
 
+from impactjax._compare.across import Across, across
 from impactjax._compare.compare import Fitted
-from impactjax._compare.ranking import differences
+from impactjax._compare.ranking import differences, rejected
 from impactjax._fit.estimate import Estimate
 from impactjax._number_format import interval
 from impactjax._report.given import given
@@ -31,7 +32,11 @@ def law_rows(fits: Sequence[Fitted]) -> list[Row]:
             row["rms"] = f"{float(own.rms) * factor:.4g} {unit}"
         if not math.isnan(by):
             row["behind"] = f"{math.floor(10 * by) / 10:.1f}"  # never rounded up to the limit
-        rows.append({"rms": ABSENT, "behind": ABSENT, **row, "count": str(len(own.names))})
+        if fitted.prediction is not None:
+            row["predicted"] = f"{fitted.prediction.rms * factor:.4g} {unit}"
+        rows.append(
+            {"rms": ABSENT, "behind": ABSENT, "predicted": "", **row, "count": str(len(own.names))}
+        )
     return rows
 
 
@@ -42,37 +47,41 @@ def corrected_aic(estimate: Estimate) -> float:
     return float(estimate.aic) + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else np.inf)
 
 
-def verdict_of(estimate: Estimate, name: str, ruled_out: bool) -> str:
-    """Verdict on a parameter; "law rejected" for a law that the best one rules out."""
-    return "law rejected" if ruled_out else str(estimate.verdict(name))
+def parameter_rows(fits: Sequence[Fitted]) -> list[list[Row]]:
+    """For each fit, one row for each fitted parameter, and one for its value without assumptions.
 
-
-def parameter_rows(estimate: Estimate, ruled_out: bool = False) -> list[Row]:
-    """One row for each fitted parameter of a law, which the best one may rule out."""
+    The verdict of a law that the best one rules out is "law rejected". Intervals of laws that
+    cannot be told apart are those across them.
+    """
+    estimates = [fitted.estimate for fitted in fits]
+    wider, ruled_out = across(estimates), rejected(estimates)
     return [
-        {
-            "name": name,
-            "value": estimate.quoted(name),
-            "unit": "" if estimate.units[i] == "1" else estimate.units[i],
-            "interval": interval(
-                float(estimate.low[i]), float(estimate.high[i]), float(estimate.standard_errors[i])
-            ),
-            "verdict": verdict_of(estimate, name, ruled_out),
-        }
-        for i, name in enumerate(estimate.names)
+        _rows(fitted, {x: each for x, each in wider.items() if i in each.models}, ruled_out[i])
+        for i, fitted in enumerate(fits)
     ]
 
 
-def rows_with_assumptions(fitted: Fitted, ruled_out: bool = False) -> list[Row]:
-    """One row for each fitted parameter, and one for its value without assumptions."""
+def _rows(fitted: Fitted, wider: Mapping[str, Across], ruled_out: bool) -> list[Row]:
     known, rows = given(fitted), []
-    for row in parameter_rows(fitted.estimate, ruled_out):
-        rows.append({**row, "given": known.words(row["name"])})
-        if (own := known.own.get(row["name"])) is not None:
-            unit = "" if own.unit == "1" else own.unit
-            free = {"name": own.name, "value": own.shown, "unit": unit, "interval": "", "given": ""}
-            rows.append({**row, **free})
+    for each in fitted.estimate.parameters:
+        low, high = wider[each.name][:2] if each.name in wider else (each.low, each.high)
+        row = {
+            "name": each.name,
+            "value": each.quoted,
+            "unit": _unit(each.unit),
+            "interval": interval(low, high, each.standard_error),
+            "verdict": "law rejected" if ruled_out else str(each.verdict),
+            "given": known.words(each.name),
+        }
+        rows.append(row)
+        if (own := known.own.get(each.name)) is not None:
+            free = {"name": own.name, "value": own.shown, "unit": _unit(own.unit)}
+            rows.append({**row, **free, "interval": "", "given": ""})
     return rows
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else unit
 
 
 def impact_rows(estimate: Estimate) -> list[Row]:

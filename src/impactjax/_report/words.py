@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from impactjax._compare.across import across
 from impactjax._compare.compare import Fitted
 from impactjax._compare.prepare import WITH_DRY_FRICTION
 from impactjax._compare.ranking import (
@@ -12,11 +13,12 @@ from impactjax._compare.ranking import (
     parameters_found,
 )
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.reason import Reason
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residual_diagnostics import residual_diagnostics
 from impactjax._identify.words import coupling, findings
-from impactjax._number_format import apart
+from impactjax._number_format import apart, interval, with_unit
 from impactjax._report.given import given_sentences
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import independence
@@ -36,12 +38,15 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
                 f"The fit of {_name(fitted)} has no result: {outcome_of(fitted)}. Its row is "
                 "not to be used."
             )
+    found += _predictions(fits, unit, factor)
     if not bool(best.estimate.converged):
         return found
     if (share := float(best.estimate.misfit)) > 0:
         return [*found, _does_not_fit(best.estimate, share)]
     found += given_sentences(best)
     found += _open_sides(best)
+    found += _across(fits)
+    found += _lasting(best.estimate)
     found += _scatter(best.estimate)
     told = identifiability(best.estimate)
     if not all(each.determined for each in findings(told)):
@@ -66,6 +71,23 @@ def _does_not_fit(estimate: Estimate, share: float) -> str:
         "record is another (`offset`, `gain`), there is dry friction (`dry_friction = true` under "
         "[system]), or something else moves it."
     )
+
+
+def _predictions(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
+    """Sentence on how well each law predicts the part of the record that was held out."""
+    told = [
+        f"{each.name} {each.prediction.rms * factor:.3g}"
+        for each in fits
+        if each.prediction is not None and bool(each.estimate.converged)
+    ]
+    held = fits[0].prediction
+    if held is None or not told:
+        return []
+    return [
+        f"The last {held.count} observations were held out. Predicted minus recorded, {unit} rms: "
+        f"{', '.join(told)}; the fit of {fits[0].name} to the rest leaves "
+        f"{float(fits[0].estimate.rms) * factor:.3g}."
+    ]
 
 
 def _name(fitted: Fitted) -> str:
@@ -158,7 +180,7 @@ def _open_sides(best: Fitted) -> list[str]:
         verdict = estimate.verdict(name)
         if verdict is Verdict.NOT_IDENTIFIED:
             found.append(f"The record does not tell {name}.")
-        elif verdict is Verdict.UNDECIDED:
+        elif estimate.reason(name) is Reason.PROFILE_STOPPED:
             found.append(
                 f"How far the record bounds {name} is not known: the search for the end of its "
                 "interval could not go on. Its standard error is all there is."
@@ -168,6 +190,38 @@ def _open_sides(best: Fitted) -> list[str]:
         elif verdict is Verdict.ONE_SIDED:
             found.append(f"The record only tells that {name} is at least {low:.3g}{unit}.")
     return found
+
+
+def _across(fits: Sequence[Fitted]) -> list[str]:
+    """Sentences on parameters whose interval is that across several laws."""
+    best, found = fits[0].estimate, []
+    for name, wider in across([fitted.estimate for fitted in fits]).items():
+        own = best[name]
+        alone, whole = (
+            with_unit(interval(*ends, own.standard_error), own.unit)
+            for ends in ((own.low, own.high), wider[:2])
+        )
+        laws = _listed([fits[i].name for i in wider.models])
+        found.append(
+            f"{laws} cannot be told apart and differ in {name}: its interval across them is "
+            f"{whole}; {fits[0].name} alone would give {alone}."
+        )
+    return found
+
+
+def _listed(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _lasting(estimate: Estimate) -> list[str]:
+    """Sentence on residuals that are correlated for longer than their noise model allows for."""
+    if not bool(estimate.lasting):
+        return []
+    return [
+        "The residuals are correlated for longer than the errors allow for: the law or the sensor "
+        "is not quite right, and the intervals are too narrow by an unknown factor. No parameter "
+        "counts as identified."
+    ]
 
 
 def _scatter(estimate: Estimate) -> list[str]:

@@ -1,0 +1,82 @@
+"""Intervals across laws that cannot be told apart, against mixtures by SciPy."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy import optimize, stats
+
+import impactjax as ij
+from estimates import line, swing
+from impactjax._compare.across import across
+from impactjax._report.document import document
+from impactjax._report.rows import parameter_rows
+from impactjax._report.words import sentences
+
+ERROR = 0.02
+
+
+def moved(by: float, aic: float, high: float | None = None) -> ij.Estimate:
+    """The fit of a line with another first value, whose error is ERROR, and another criterion."""
+    estimate = line()[1]
+    value = float(estimate.value("x0")) + by
+    low, high = value - 1.96 * ERROR, value + 1.96 * ERROR if high is None else high
+    return eqx.tree_at(
+        lambda e: (e.values, e.low, e.high, e.aic),
+        estimate,
+        (
+            estimate.values.at[0].set(value),
+            estimate.low.at[0].set(low),
+            estimate.high.at[0].set(high),
+            jnp.asarray(aic),
+        ),
+    )
+
+
+@pytest.mark.parametrize(("by", "behind"), [(0.1, 0.0), (0.1, 4.0), (-0.05, 2.0)])
+def test_interval_across_two_laws_is_that_of_their_mixture(by, behind):
+    pair = [moved(0.0, 0.0), moved(by, behind)]
+    share = np.exp(-behind / 2) / (1 + np.exp(-behind / 2))
+    at = float(pair[0].value("x0"))
+
+    def above(x: float, level: float) -> float:
+        own, other = (stats.norm.cdf(x, loc, ERROR) for loc in (at, at + by))
+        return (1 - share) * own + share * other - level
+
+    ends = [optimize.brentq(above, at - 1, at + 1, (level,)) for level in (0.025, 0.975)]
+    own = pair[0]["x0"]
+    found = across(pair)["x0"]
+    np.testing.assert_allclose(found.low, min(ends[0], own.low), atol=1e-5)
+    np.testing.assert_allclose(found.high, max(ends[1], own.high), atol=1e-5)
+    assert found.models == (0, 1)
+    assert "x_dot0" not in across(pair)
+
+
+def test_rejected_law_does_not_widen_an_interval():
+    assert across([moved(0.0, 0.0), moved(0.1, 12.0)]) == {}
+
+
+def test_open_interval_of_a_likely_law_stays_open():
+    assert across([moved(0.0, 0.0), moved(0.0, 1.0, np.inf)])["x0"].high == np.inf
+    assert across([moved(0.0, 0.0), moved(0.0, 9.0, np.inf)]) == {}
+
+
+def test_laws_of_different_types_share_no_parameter_of_the_law():
+    """Restitution r beside a fit where a law of another type has a parameter of that name."""
+    one = swing()
+    law = ij.LinearRestitution(0.5, 0.1)
+    other = eqx.tree_at(lambda e: e.problem.system.model.lower.law, one, law)
+    assert set(other.names) == set(one.names)
+    with pytest.raises(KeyError):
+        across([one, other])["r"]
+
+
+def test_interval_across_laws_is_printed_and_written():
+    pair = tuple(ij.Fitted(name, moved(by, 0.0), 0.0) for name, by in (("a", 0.0), ("b", 0.1)))
+    (said,) = (each for each in sentences(pair) if "across" in each)
+    assert said.startswith("a and b cannot be told apart and differ in x0: its interval across")
+    rows = parameter_rows(pair)
+    assert rows[0][0]["interval"] == rows[1][0]["interval"] in said
+    fits = document([ij.Comparison("x", pair)])["fits"]
+    assert fits[0]["across"]["x0"]["laws"] == ["a", "b"]
+    assert fits[1]["across"] == {}
