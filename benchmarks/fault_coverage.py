@@ -154,7 +154,8 @@ def record(law: str, rng: np.random.Generator, faults: Faults) -> ij.Recording:
     ts = np.arange(len(shown)) * STEP * EVERY
     noise = rng.standard_normal(len(shown))
     if faults.filtered_noise:
-        noise = signal.sosfilt(signal.butter(2, faults.cutoff, fs=1000, output="sos"), noise)
+        sections = signal.butter(2, faults.cutoff, fs=1000, output="sos")
+        noise = np.asarray(signal.sosfilt(sections, noise))
         noise /= np.std(noise)
     shown = faults.gain * shown + faults.zero + faults.drift * ts + NOISE * noise
     wrong = rng.random(len(shown)) < faults.outliers

@@ -43,7 +43,10 @@ def test_interval_across_two_laws_is_that_of_their_mixture(by, behind):
         own, other = (stats.norm.cdf(x, loc, ERROR) for loc in (at, at + by))
         return (1 - share) * own + share * other - level
 
-    ends = [optimize.brentq(above, at - 1, at + 1, (level,)) for level in (0.025, 0.975)]
+    ends = [
+        optimize.root_scalar(above, (level,), bracket=(at - 1, at + 1)).root
+        for level in (0.025, 0.975)
+    ]
     own = pair[0]["x0"]
     found = across(pair)["x0"]
     np.testing.assert_allclose(found.low, min(ends[0], own.low), atol=1e-5)

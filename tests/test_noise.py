@@ -101,7 +101,8 @@ def test_white_noise_errors_underestimate_under_correlation():
 def filtered(cutoff: float, count: int) -> np.ndarray:
     """White noise behind a low-pass, at 1 kHz."""
     white = np.random.default_rng(5).standard_normal((count, 1900))
-    return signal.sosfilt(signal.butter(2, cutoff, fs=1000.0, output="sos"), white, axis=1)[:, 500:]
+    sections = signal.butter(2, cutoff, fs=1000.0, output="sos")
+    return np.asarray(signal.sosfilt(sections, white, axis=1))[:, 500:]
 
 
 def lasting(scores: np.ndarray) -> float:

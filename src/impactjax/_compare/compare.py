@@ -165,7 +165,7 @@ def compare_by(
         said.append(words(found, best.estimate, more[best.name].estimate))
         fits = more
     if holdout > 0:
-        fits = {x: _scored(fits[x], given[x]) for x in fits}
+        fits = {x: _scored(fits[x], given[x], settings) for x in fits}
     ranked = Comparison("recording", tuple(_ranked(fits)), notes=tuple(said), seed=starts.seed)
     if not isinstance(experiments, Prepared):
         return ranked
@@ -180,9 +180,10 @@ def _without_end(experiment: Experiment, share: float) -> Experiment:
     return dataclasses.replace(experiment, recording=fitted_part(experiment.recording, share))
 
 
-def _scored(fitted: Fitted, whole: Experiment) -> Fitted:
+def _scored(fitted: Fitted, whole: Experiment, settings: "_Settings") -> Fitted:
     """The fit with its prediction of the part that was held out."""
-    return fitted._replace(prediction=prediction(fitted.estimate, whole.recording))
+    found = prediction(fitted.estimate, whole.recording, settings.optimiser, settings.search)
+    return fitted._replace(prediction=found)
 
 
 class _Settings(NamedTuple):
@@ -293,5 +294,5 @@ def _estimated(
     starts, optimiser, search = settings.starts, settings.optimiser, settings.search
     lanes = starts.lanes(problem)
     beside = starts_beside(problem, cases, lanes) if cases else None
-    estimate = scattered(best_from(problem, lanes, optimiser, search, beside))
+    estimate = scattered(best_from(problem, lanes, optimiser, search, beside), optimiser, search)
     return profiled_by(search, estimate, optimiser)

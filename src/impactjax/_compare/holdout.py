@@ -5,11 +5,12 @@ from typing import NamedTuple, TypeVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.search import Search
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.problem import Problem
-from impactjax._record.abstract_recording import AbstractRecording, Residuals
+from impactjax._record.abstract_recording import AbstractRecording
 
 R = TypeVar("R", bound=AbstractRecording)
 
@@ -17,12 +18,12 @@ R = TypeVar("R", bound=AbstractRecording)
 class Prediction(NamedTuple):
     """Prediction of the observations that a fit has not seen.
 
-    - `count`: number of those that count.
+    - `observations`: number of those that count.
     - `rms`: root mean square of predicted minus recorded, in the recording's SI unit; infinite if
       the simulation failed.
     """
 
-    count: int
+    observations: int
     rms: float
 
 
@@ -36,22 +37,29 @@ def check_holdout(share: float) -> None:
 
 
 def fitted_part(recording: R, share: float) -> R:
-    """The recording without the last `share` of its observations that count."""
-    instants = np.asarray(recording.instants)[np.asarray(recording.valid)]
-    kept = max(len(instants) - round(share * len(instants)), 1)
-    return recording.between(float(recording.begin), float(instants[kept - 1]))
+    """The recording whose last `share` of the observations that count do not count any more."""
+    valid, instants = np.asarray(recording.valid), np.asarray(recording.instants)
+    kept = instants[valid]
+    count = max(len(kept) - round(share * len(kept)), 1)
+    mask = jnp.asarray(valid & (instants <= kept[count - 1]))
+    return eqx.tree_at(lambda each: each.valid, recording, mask)
 
 
-def prediction(estimate: Estimate[Problem], recording: AbstractRecording) -> Prediction:
-    """The prediction of the observations of a recording after those that were fitted."""
-    problem = eqx.tree_at(lambda each: each.recording, estimate.problem, recording)
-    late = np.asarray(recording.instants) > float(estimate.problem.recording.end)
-    own = np.asarray(_residuals(problem, jnp.asarray(estimate.values)))
-    own = own[late & np.asarray(recording.valid)]
-    rms = float(np.sqrt(np.mean(own**2))) if np.isfinite(own).all() else np.inf
-    return Prediction(len(own), rms)
-
-
-@eqx.filter_jit
-def _residuals(problem: Problem, values: Float[Array, " parameters"]) -> Residuals:
-    return problem.residuals(values)
+def prediction(
+    estimate: Estimate[Problem],
+    recording: AbstractRecording,
+    optimiser: LevenbergMarquardt,
+    search: Search,
+) -> Prediction:
+    """The prediction of the observations of a recording that were not fitted. Impacts that were
+    fitted have their expected deviations; later ones follow the law.
+    """
+    unseen = np.asarray(recording.valid) & ~np.asarray(estimate.problem.valid)
+    problem = eqx.tree_at(lambda each: each.recording, estimate.problem, recording).padded()
+    if estimate.scatter is not None:
+        problem = problem.scattered(jnp.exp(jnp.asarray(estimate.scatter.logarithms)))
+    u, parts = problem.unbounded(np.asarray(estimate.values)), problem.parts(optimiser.horizons)
+    found = search.evaluate(problem, jnp.asarray(u), jnp.asarray(parts), jnp.zeros((), bool))
+    left = np.asarray(found.answer.residuals)[: len(unseen)][unseen]
+    rms = float(np.sqrt(np.mean(left**2))) if np.isfinite(left).all() else np.inf
+    return Prediction(len(left), rms)

@@ -9,7 +9,8 @@ from impactjax._fit.estimate import Estimate
 from impactjax._fit.search import Search, Searches
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.minimiser import Vector
-from impactjax._problem.problem import AbstractProblem, Residuals
+from impactjax._problem.abstract_problem import AbstractProblem
+from impactjax._record.abstract_recording import Residuals
 
 _TAILS = (0.025, 0.975)
 

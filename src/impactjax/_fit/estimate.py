@@ -16,8 +16,9 @@ from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, known
 from impactjax._number_format import interval, with_error
+from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._problem.assumptions import Rest, assumptions, given_words, rests
-from impactjax._problem.problem import AbstractProblem, Problem
+from impactjax._problem.problem import Problem
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
 

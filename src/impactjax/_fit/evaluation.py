@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from impactjax._known import AnyArray
 from impactjax._optimise.minimiser import Quadratic, Vector
-from impactjax._problem.problem import AbstractProblem, Answer
+from impactjax._problem.abstract_problem import AbstractProblem, Answer
 from impactjax._types import Flag
 
 Lanes = Float[AnyArray, "lanes parameters"]

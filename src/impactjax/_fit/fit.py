@@ -62,7 +62,8 @@ def solve(
     problem: Problem, starts: Starts, optimiser: LevenbergMarquardt, search: Search = Search()
 ) -> Estimate[Problem]:
     """The estimate of the best of several searches."""
-    return scattered(best_from(problem, starts.lanes(problem), optimiser, search))
+    found = best_from(problem, starts.lanes(problem), optimiser, search)
+    return scattered(found, optimiser, search)
 
 
 def best_from(
@@ -92,9 +93,12 @@ def best_from(
     return summarise(problem, best, minima.cost).of(own)
 
 
-def scattered(estimate: Estimate[Problem]) -> Estimate[Problem]:
+def scattered(
+    estimate: Estimate[Problem], optimiser: LevenbergMarquardt, search: Search
+) -> Estimate[Problem]:
     """The estimate, with scatter from impact to impact if its problem has it."""
-    return with_scatter(estimate) if estimate.problem.scatter.scatters else estimate
+    scatters = estimate.problem.scatter.scatters
+    return with_scatter(estimate, optimiser, search) if scatters else estimate
 
 
 def _with_last(x: AnyArray, last: AnyArray) -> AnyArray:

@@ -11,10 +11,10 @@ from jaxtyping import Array, Float, Int
 
 from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, places
 from impactjax._optimise.gradient_descent import History, begin, step
+from impactjax._problem.abstract_problem import Answer, around
 from impactjax._problem.build_problem import pose
 from impactjax._problem.checks import check_declared
 from impactjax._problem.experiment import Experiment
-from impactjax._problem.problem import Answer, around
 from impactjax._refusal import check_kind
 from impactjax._types import Flag, Scalar
 

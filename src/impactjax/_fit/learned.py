@@ -10,8 +10,9 @@ import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
+from impactjax._problem.abstract_problem import Answer
 from impactjax._problem.parameters import handles, replaced
-from impactjax._problem.problem import Answer, Problem
+from impactjax._problem.problem import Problem
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Scalar

@@ -25,8 +25,10 @@ from impactjax._fit.mixed_model import (
     whitened,
 )
 from impactjax._fit.scatter_found import Scatter
+from impactjax._fit.search import Search
 from impactjax._fit.uncertainty import verdicts, within_ranges
 from impactjax._known import AnyArray, is_known, known, namespace
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.padding import padded_size
 from impactjax._problem.problem import Problem
 from impactjax._simulate.impact_log import ImpactLog
@@ -50,7 +52,9 @@ class _Around(NamedTuple):
     impacts: ImpactLog
 
 
-def with_scatter(estimate: Estimate[Problem]) -> Estimate[Problem]:
+def with_scatter(
+    estimate: Estimate[Problem], optimiser: LevenbergMarquardt, search: Search = Search()
+) -> Estimate[Problem]:
     """The estimate with scatter from impact to impact, from one without.
 
     Works under `jit` and `vmap`. It has converged if the one without scatter had, and if the last
@@ -61,9 +65,15 @@ def with_scatter(estimate: Estimate[Problem]) -> Estimate[Problem]:
     traced = not is_known((problem, estimate.values))
     values = estimate.values if traced else known(estimate.values)
     logs = namespace(values).zeros(_impacts(problem, estimate), values.dtype)
+    parts, yes = jnp.asarray(problem.parts(optimiser.horizons)), jnp.ones((), bool)
 
     def around(values: Vector, logs: Effects) -> _Around:
-        point = _evaluated(problem, jnp.asarray(values), jnp.asarray(logs))
+        scattered = problem.scattered(jnp.exp(jnp.asarray(logs)))
+        u = jnp.asarray(problem.unbounded(values))
+        answer = search.evaluate(scattered, u, parts, yes).answer
+        assert answer.jacobian is not None
+        assert answer.effects is not None
+        point = _Around(answer.residuals, answer.jacobian, answer.effects, answer.impacts)
         return point if traced else known(point)
 
     point = around(values, logs)
@@ -83,18 +93,6 @@ def _impacts(problem: Problem, estimate: Estimate[Problem]) -> int:
     most = estimate.impacts.time.shape[-1]
     count = estimate.impacts.count
     return min(padded_size(int(count)), most) if is_known(count) else most
-
-
-@eqx.filter_jit
-def _evaluated(problem: Problem, values: Vector, logs: Effects) -> _Around:
-    def residuals(values: Vector, logs: Effects) -> tuple[AnyArray, tuple[AnyArray, ImpactLog]]:
-        system = dataclasses.replace(problem.system_with(values), factors=jnp.exp(logs))
-        answer = problem.simulated(system)
-        return answer.residuals, (answer.residuals, answer.impacts)
-
-    derivatives = jax.jacfwd(residuals, argnums=(0, 1), has_aux=True)
-    (jacobian, effects), (found, impacts) = derivatives(values, logs)
-    return _Around(found, jacobian, effects, impacts)
 
 
 def _solved(problem: Problem, point: _Around, logs: Effects) -> MixedModel:

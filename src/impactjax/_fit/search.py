@@ -26,7 +26,7 @@ from impactjax._optimise.minimiser import (
     State,
     Vector,
 )
-from impactjax._problem.problem import AbstractProblem, Answer
+from impactjax._problem.abstract_problem import AbstractProblem, Answer
 
 _EARLY = 1e-3  # relative decrease that counts as convergence on a part before the last
 _LEAST = 0.1  # least usual step, relative to the longest

@@ -17,7 +17,7 @@ from scipy import special
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.minimiser import Minimum
-from impactjax._problem.problem import AbstractProblem, Answer
+from impactjax._problem.abstract_problem import AbstractProblem, Answer
 from impactjax._types import Scalar
 
 _LOST = 1e-6  # squared length of a direction that counts as lost to rounding

@@ -1,5 +1,8 @@
 """Conversion of an experiment to its least-squares problem."""
 
+import dataclasses
+
+import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
@@ -51,6 +54,10 @@ def pose(experiment: Experiment) -> Problem:
             f"The recording has {count} observations, too few for {len(names)} parameters "
             f"({', '.join(names)}); fix some of them."
         )
+    scatter = _scatter(experiment, count, len(names))
+    if scatter.scatters and recording.observes_impacts:
+        factors = jnp.ones(recording.valid.shape[0] - 1)
+        system = dataclasses.replace(system, factors=factors)
     return Problem(
         system=system,
         recording=recording,
@@ -60,7 +67,7 @@ def pose(experiment: Experiment) -> Problem:
         noise=experiment.noise,
         ties=experiment.ties,
         bounds=experiment.bounds,
-        scatter=_scatter(experiment, count, len(names)),
+        scatter=scatter,
     )
 
 

@@ -11,11 +11,12 @@ from jaxtyping import Array, Float, Int, Key
 
 from impactjax._known import namespace
 from impactjax._optimise.minimiser import Matrix, Vector
+from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed
 from impactjax._problem.loss import AbstractLoss, Residuals
 from impactjax._problem.noise import AbstractNoise, Jacobian, Scores
 from impactjax._problem.parameters import Handle
 from impactjax._problem.prior import Normal
-from impactjax._problem.problem import AbstractProblem, Answer, Assumed, Problem
+from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import Valid
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Flag, Scalar

@@ -1,23 +1,15 @@
-"""Residuals of a system against a recording, as a function of named parameters.
+"""Residuals of a system against a recording, as a function of named parameters."""
 
-A search, a sampler or another optimiser needs `names`, `start`, `residuals(values)` and
-`log_density(values)`, in the parameters' own units, and `values(u)` and `unbounded(values)`.
-"""
-
-import abc
 import dataclasses
 from collections.abc import Callable, Mapping
-from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Bool, Float, Int
+from jaxtyping import ArrayLike
 
-from impactjax._known import AnyArray, namespace
-from impactjax._optimise.bounds import slope, to_range, to_unbounded
-from impactjax._optimise.minimiser import Matrix, Quadratic, Vector
-from impactjax._parameter import Range
+from impactjax._optimise.minimiser import Vector
+from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed
 from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.misfit import misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
@@ -26,180 +18,10 @@ from impactjax._problem.parameters import Handle, handles, replaced
 from impactjax._problem.scatter import AbstractScatter, NoScatter
 from impactjax._record.abstract_recording import AbstractRecording, Residuals, Valid
 from impactjax._sensor.system import System
-from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulation import Simulation
-from impactjax._types import Flag, Scalar
+from impactjax._types import Factors, Flag, Scalar
 
-Own = TypeVar("Own")
 Tie = Callable[[Mapping[str, Scalar]], ArrayLike]
-
-
-class Answer(NamedTuple):
-    """Simulation compared with a recording, or several simulations with theirs."""
-
-    residuals: Residuals  # simulated minus recorded, in the recording's SI unit; 0 if not valid
-    impacts: ImpactLog  # zeros if it was not asked for
-    jacobian: Float[Array, "observations parameters"] | None = None  # if it was asked for
-
-
-class Assumed(NamedTuple):
-    """Assumptions about the residuals: their loss and their noise model."""
-
-    loss: AbstractLoss
-    noise: AbstractNoise
-
-
-class AbstractProblem(eqx.Module):
-    """Residuals as a function of named parameters, with the assumptions about them.
-
-    - `names`: names of the fitted parameters.
-    """
-
-    names: eqx.AbstractVar[tuple[str, ...]]
-
-    @abc.abstractmethod
-    def assumed(self) -> Assumed:
-        """The assumptions about the residuals."""
-
-    @abc.abstractmethod
-    def handles(self) -> dict[str, Handle]:
-        """Path and range of each fitted parameter, by name."""
-
-    @property
-    @abc.abstractmethod
-    def valid(self) -> Valid:
-        """Mask of the residuals that count."""
-
-    @abc.abstractmethod
-    def first(self, share: float) -> Valid:
-        """Mask of the residuals that count in the first `share` of the recorded time."""
-
-    @abc.abstractmethod
-    def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
-        """Residuals and their Jacobian, with parameters in their natural units.
-
-        The impact log is computed if `logged` is `None` or true when the program runs.
-        """
-
-    @abc.abstractmethod
-    def starting_values(self) -> list[Scalar]:
-        """The values from which a search starts, in the order of `names`."""
-
-    @abc.abstractmethod
-    def residuals(self, values: Vector) -> Residuals:
-        """Simulated minus recorded, in the SI unit; divided by the noise's standard deviation if
-        several recordings are fitted. 0 where an observation does not count.
-        """
-
-    @abc.abstractmethod
-    def variance(self) -> Scalar | None:
-        """Variance of a residual, if it is known."""
-
-    @abc.abstractmethod
-    def is_classical(self) -> bool:
-        """True for least squares under independent noise of known variance."""
-
-    @abc.abstractmethod
-    def shifted(self, rows: Residuals) -> "AbstractProblem":
-        """The problem with rows subtracted from the recording; the residuals grow by them."""
-
-    @abc.abstractmethod
-    def misfit(self, residuals: Residuals) -> Scalar:
-        """Unexplained share of the recorded motion if the model plainly misses it; else 0."""
-
-    @property
-    @abc.abstractmethod
-    def log_units(self) -> Scalar:
-        """Sum of the logarithms of the units in which the residuals are given."""
-
-    @property
-    @abc.abstractmethod
-    def sizes_found(self) -> int:
-        """Number of noise variances that are estimated from the residuals."""
-
-    @property
-    def observations(self) -> Int[Array, ""]:
-        """Number of residuals that count."""
-        return jnp.sum(self.valid, axis=-1)
-
-    def padded(self: Own) -> Own:
-        """The problem padded with observations that do not count, so that problems of similar
-        length share a compiled program. Its own observations come first.
-        """
-        return self
-
-    def parts(self, shares: tuple[float, ...]) -> Bool[AnyArray, "parts observations"]:
-        """Masks of the residuals that count in the first shares of the time."""
-        each = [self.first(share) for share in shares]
-        return namespace(*each).stack(each)
-
-    @property
-    def start(self) -> Vector:
-        """The values from which a search starts, in the parameters' own units."""
-        return jnp.stack([jnp.asarray(value) for value in self.starting_values()])
-
-    def log_density(self, values: Vector) -> Scalar:
-        """Log-likelihood of independent residuals and, up to a constant, log-density of priors:
-
-        −Σ ρ(r)/σ² − n log(σ √(2 π)), with the loss ρ(r) = r²/2 for least squares,
-
-        at the maximum-likelihood value of the noise's σ if that is not known. −∞ where a value is
-        out of range or the simulation fails.
-        """
-        residuals = self.residuals(values)
-        n = self.observations.astype(residuals.dtype)
-        cost = jnp.sum(self.assumed().loss.cost(residuals))
-        variance = self.density_variance(2 * cost / n)
-        density = -cost / variance - n * jnp.log(2 * jnp.pi * variance) / 2 - self.log_units
-        inside = [allowed.holds(values[i]) for i, allowed in enumerate(self._ranges())]
-        possible = jnp.all(jnp.stack(inside)) & jnp.isfinite(density)
-        return jnp.where(possible, density, -jnp.inf)
-
-    def density_variance(self, most_likely: Scalar) -> Scalar:
-        """Variance of a residual in `log_density`: the known one, else the most likely one."""
-        known = self.variance()
-        return most_likely if known is None else known
-
-    def values(self, u: Vector) -> Vector:
-        """Natural values at unbounded coordinates."""
-        each = [to_range(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
-        return namespace(u).stack(each)
-
-    def slopes(self, u: Vector) -> Vector:
-        """Derivatives of the natural values by the unbounded coordinates."""
-        each = [slope(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
-        return namespace(u).stack(each)
-
-    def unbounded(
-        self, values: Float[AnyArray, "... parameters"]
-    ) -> Float[AnyArray, "... parameters"]:
-        """Unbounded coordinates of natural values."""
-        each = [to_unbounded(allowed, values[..., i]) for i, allowed in enumerate(self._ranges())]
-        return namespace(values).stack(each, axis=-1)
-
-    def _ranges(self) -> list[Range]:
-        return [handle.allowed for handle in self.handles().values()]
-
-    def around(self, u: Vector, answer: Answer, valid: Valid) -> Quadratic:
-        """Gauss-Newton model of the cost of some residuals around a point, in the optimiser's
-        coordinates.
-        """
-        assert answer.jacobian is not None
-        some = answer._replace(
-            residuals=jnp.where(valid, answer.residuals, 0.0),
-            jacobian=jnp.where(valid[:, None], answer.jacobian, 0.0),
-        )
-        cost, gradient, curvature = around(self.assumed().loss, some)
-        slopes = self.slopes(u)
-        return Quadratic(cost, gradient * slopes, curvature * slopes[:, None] * slopes[None, :])
-
-
-def around(loss: AbstractLoss, answer: Answer) -> tuple[Scalar, Vector, Matrix]:
-    """The cost of some residuals, its gradient, and its Gauss-Newton Hessian."""
-    residuals, jacobian = answer.residuals, answer.jacobian
-    assert jacobian is not None
-    weighted = loss.weight(residuals)[:, None] * jacobian
-    return jnp.sum(loss.cost(residuals)), weighted.T @ residuals, weighted.T @ jacobian
 
 
 class Problem(AbstractProblem):
@@ -256,8 +78,16 @@ class Problem(AbstractProblem):
         return misfit(self.recording, residuals)
 
     def padded(self) -> "Problem":
-        recording = self.recording.padded(padded_size(self.valid.shape[-1]))
-        return dataclasses.replace(self, recording=recording)
+        recording, factors = self.recording.padded(padded_size(self.valid.shape[-1])), None
+        if self.system.factors is not None:
+            more = recording.valid.shape[-1] - self.valid.shape[-1]
+            factors = jnp.pad(self.system.factors, (0, more), constant_values=1.0)
+        system = dataclasses.replace(self.system, factors=factors)
+        return dataclasses.replace(self, recording=recording, system=system)
+
+    def scattered(self, factors: Factors) -> "Problem":
+        """The problem with a factor on the speed after each impact."""
+        return dataclasses.replace(self, system=dataclasses.replace(self.system, factors=factors))
 
     @property
     def log_units(self) -> Scalar:
@@ -289,9 +119,16 @@ class Problem(AbstractProblem):
         return self.simulated(self.system_with(values)).residuals
 
     def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
-        def residuals(values: Vector) -> tuple[Residuals, Answer]:
-            answer = self.simulated(self.system_with(values), logged)
+        factors = self.system.factors
+
+        def residuals(values: Vector, factors: Factors | None) -> tuple[Residuals, Answer]:
+            system = dataclasses.replace(self.system_with(values), factors=factors)
+            answer = self.simulated(system, logged)
             return answer.residuals, answer
 
-        jacobian, answer = jax.jacfwd(residuals, has_aux=True)(values)
-        return answer._replace(jacobian=jacobian)
+        if factors is None:
+            jacobian, answer = jax.jacfwd(residuals, has_aux=True)(values, None)
+            return answer._replace(jacobian=jacobian)
+        derivatives = jax.jacfwd(residuals, argnums=(0, 1), has_aux=True)
+        (jacobian, slopes), answer = derivatives(values, factors)
+        return answer._replace(jacobian=jacobian, effects=slopes * factors)

@@ -102,7 +102,10 @@ def _prediction(fitted: Fitted) -> dict[str, Any] | None:
     found, unit = fitted.prediction, fitted.estimate.problem.recording.unit
     if found is None:
         return None
-    return {"n_samples": found.count, "rms_residual": {"value": _number(found.rms), "unit": unit}}
+    return {
+        "n_samples": found.observations,
+        "rms_residual": {"value": _number(found.rms), "unit": unit},
+    }
 
 
 def _result(estimate: Estimate) -> str:

@@ -84,8 +84,8 @@ def _predictions(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
     if held is None or not told:
         return []
     return [
-        f"The last {held.count} observations were held out. Predicted minus recorded, {unit} rms: "
-        f"{', '.join(told)}; the fit of {fits[0].name} to the rest leaves "
+        f"The last {held.observations} observations were held out. Predicted minus recorded, "
+        f"{unit} rms: {', '.join(told)}; the fit of {fits[0].name} to the rest leaves "
         f"{float(fits[0].estimate.rms) * factor:.3g}."
     ]
 
