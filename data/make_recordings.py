@@ -53,6 +53,7 @@ def write(name: str, ts: np.ndarray, angle: np.ndarray, law: dict[str, float]) -
         "[system]",
         'oscillator = "pendulum"',
         "dry_friction = false",
+        *(['separation = "zero-penetration"'] if law else []),
         "",
         "[fixed]",
         f"length = {LENGTH}",

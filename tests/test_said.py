@@ -44,17 +44,27 @@ def test_sidecar_says_separation(tmp_path):
     assert "`separation` does not apply to walton: the law has its own rule." in found.notes
 
 
+def test_both_rules_of_separation_are_tried_unless_one_is_stated(tmp_path):
+    laws = ["kelvin-voigt", "walton", "restitution"]
+    found = prepared(tmp_path, "[sensor]\nsigma = 0.01\n", laws=laws)
+    variant = "kelvin-voigt without pull"
+    assert [*found.experiments] == ["kelvin-voigt", variant, "walton", "restitution"]
+    stop = found.experiments[variant].model.lower
+    assert isinstance(stop.law.separation, ij.AtZeroForce)
+    stated = prepared(tmp_path, '[system]\nseparation = "zero-penetration"\n', laws=laws)
+    assert [*stated.experiments] == laws
+
+
 def test_sidecar_says_equilibrium(tmp_path):
-    oscillator = prepared(
-        tmp_path, '[system]\nequilibrium = "inverted"\n'
-    ).experiment.model.oscillator
+    found = prepared(tmp_path, '[system]\nequilibrium = "inverted"\n')
+    oscillator = found.experiments["kelvin-voigt"].model.oscillator
     assert isinstance(oscillator, ij.Pendulum)
     assert isinstance(oscillator.equilibrium, ij.Inverted)
 
 
 def test_sidecar_says_base_motion(tmp_path):
     sidecar = "[base]\namplitude = 1e-3\nfrequency = 50.0\n[fit]\nfree = ['phase']\n"
-    experiment = prepared(tmp_path, sidecar).experiment
+    experiment = prepared(tmp_path, sidecar).experiments["kelvin-voigt"]
     oscillator = experiment.model.oscillator
     assert isinstance(oscillator, ij.Pendulum)
     assert oscillator.base is not None
@@ -67,7 +77,7 @@ def test_sidecar_says_base_motion(tmp_path):
 def test_sidecar_says_upper_stop(tmp_path, law):
     sidecar = "[upper]\ngap = 0.4\n" + (f'law = "{law}"\n' if law else "")
     sidecar += "[fixed]\nlower_gamma = 0.1\n"
-    experiment = prepared(tmp_path, sidecar).experiment
+    experiment = prepared(tmp_path, sidecar).experiments["kelvin-voigt"]
     model = experiment.model
     assert model.lower is not None
     assert model.upper is not None
@@ -99,7 +109,7 @@ def test_arguments_override_sidecar(tmp_path):
         "[fixed]\nlength = 0.2\n[fit]\nfree = ['offset']\n",
         fixed={"offset": 0.01, "gamma": None},
         free=["length"],
-    ).experiment
+    ).experiments["kelvin-voigt"]
     assert found.free == ("length",)
     assert float(found.model.oscillator.lever()) == pytest.approx(0.2)
     assert number(found.fixed["offset"]) == pytest.approx(0.01)
@@ -164,7 +174,8 @@ def taken(monkeypatch):
     """Experiments of a fit that ends before its search."""
     found = []
 
-    def stopped(prepared, seed):
+    def stopped(prepared, seed, holdout):
+        del seed, holdout
         found.extend(prepared)
         raise StoppedError
 

@@ -19,6 +19,8 @@ from impactjax._analytic.successive_peaks import Rebound as Rebound
 from impactjax._analytic.successive_peaks import successive_peaks as successive_peaks
 from impactjax._check.check import Check as Check
 from impactjax._check.check import check as check
+from impactjax._compare.across import Across as Across
+from impactjax._compare.across import across as across
 from impactjax._compare.compare import Comparison as Comparison
 from impactjax._compare.compare import Fitted as Fitted
 from impactjax._compare.compare import compare as compare

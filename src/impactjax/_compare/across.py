@@ -43,8 +43,14 @@ def across(estimates: Sequence[Estimate[Problem]]) -> dict[str, Across]:
     """Intervals of the parameters of the best model, across those that cannot be told apart from
     it, where they are clearly wider than its own.
 
-    Parameters of a contact law count as the same only in models with one type of law. The estimates
-    are sorted, the best first.
+    Parameters of a contact law count as the same only in models with one type of law.
+
+    **Arguments:**
+
+    - `estimates`: estimates on one recording, the best first, as in a `Comparison`.
+
+    Source: Burnham and Anderson (2002), "Model selection and multimodel inference", section 2.9;
+    Turek and Fletcher, Computational Statistics and Data Analysis 56, 2809 (2012).
     """
     behind = differences(estimates)
     near = [i for i, by in enumerate(behind) if by < CLEAR and bool(estimates[i].usable)]

@@ -1,10 +1,11 @@
 """The verb `prepare`: file or recording → an experiment for each law."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from impactjax._compare.laws import NO_LAW, USUAL_LAWS
+from impactjax._compare.laws import LAWS, NO_LAW, USUAL_LAWS
 from impactjax._compare.oscillators import (
     DRY_FRICTION,
     is_dry,
@@ -15,10 +16,11 @@ from impactjax._compare.oscillators import (
 from impactjax._compare.setup import Setup
 from impactjax._compare.step_budget import step_budget
 from impactjax._compare.survey import Statements, Survey, survey
-from impactjax._compare.typical_systems import Law, with_law
+from impactjax._compare.typical_systems import Law, takes_separation, with_law
 from impactjax._first_look.first_look import FirstLook
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.oscillator import AbstractOscillator
+from impactjax._model.separation import AbstractSeparation, AtZeroForce
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.parameters import handles, replaced
 from impactjax._record.abstract_recording import AbstractRecording
@@ -28,6 +30,7 @@ from impactjax._sensor.system import Start, System
 
 _FREE_FLIGHT = "free flight"
 WITH_DRY_FRICTION = " with dry friction"  # suffix of a model's name
+WITHOUT_PULL = " without pull"  # suffix of a law whose contact ends at zero force
 
 
 class Prepared(NamedTuple):
@@ -48,7 +51,8 @@ class Prepared(NamedTuple):
     def experiment(self) -> Experiment:
         """The experiment, if there is only one. Raises `ValueError` if there are several."""
         if len(self.experiments) != 1:
-            raise ValueError(f"There are {len(self.experiments)} experiments; take one by name.")
+            names = ", ".join(self.experiments)
+            raise ValueError(f"There are several experiments, {names}: take one by name.")
         return next(iter(self.experiments.values()))
 
 
@@ -101,10 +105,15 @@ def prepared(found: Survey) -> Prepared:
     laws = _usual_laws(recording, look) if setup.laws is None else setup.laws
     experiments = {}
     for name_of_law, law in _named(laws).items():
-        for dry in _frictions(setup, law):
+        for dry, separation in itertools.product(
+            _frictions(setup, law), _possible_separations(setup, law, look)
+        ):
             own = look._replace(oscillator=_with_friction(look.oscillator, setup, dry))
             called = name_of_law + (WITH_DRY_FRICTION if dry else "")
-            experiments[called] = _experiment(recording, own, setup, law)
+            if separation is not setup.separation:
+                called += WITHOUT_PULL
+            stated = setup._replace(separation=separation)
+            experiments[called] = _experiment(recording, own, stated, law)
     notes = [*found.notes, *_separations(setup, experiments)]
     return Prepared(found.name, experiments, look, tuple(notes))
 
@@ -152,6 +161,17 @@ def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:
     if law == NO_LAW and undecided and not is_dry(setup.oscillator):
         return False, True
     return (bool(setup.dry_friction) or is_dry(setup.oscillator),)
+
+
+def _possible_separations(
+    setup: Setup, law: Law, look: FirstLook
+) -> tuple[AbstractSeparation | None, ...]:
+    """Rules of separation to try for a law: its own, and without pull if both are possible and the
+    user did not decide it. A recorded motion seldom tells, and the damping depends on it.
+    """
+    if setup.separation is not None or not isinstance(law, str) or law == NO_LAW:
+        return (setup.separation,)
+    return (None, AtZeroForce()) if takes_separation(LAWS[law](look)) else (None,)
 
 
 def _with_friction(oscillator: AbstractOscillator, setup: Setup, dry: bool) -> AbstractOscillator:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from impactjax._compare.across import across
 from impactjax._compare.compare import Fitted
-from impactjax._compare.prepare import WITH_DRY_FRICTION
+from impactjax._compare.prepare import WITH_DRY_FRICTION, WITHOUT_PULL
 from impactjax._compare.ranking import (
     CLEAR,
     differences,
@@ -150,8 +150,8 @@ def _ranking(fits: Sequence[Fitted]) -> list[str]:
 
 
 def _kind(fitted: Fitted) -> str:
-    """The name of a model, without the suffix for dry friction."""
-    return fitted.name.removesuffix(WITH_DRY_FRICTION)
+    """The name of a model, without the suffixes of its variants."""
+    return fitted.name.removesuffix(WITHOUT_PULL).removesuffix(WITH_DRY_FRICTION)
 
 
 def _describes_nothing(fits: Sequence[Fitted]) -> bool:
