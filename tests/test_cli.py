@@ -87,7 +87,8 @@ def test_simulate_command_writes_requested_samples(simulated):
 
 def test_fit_json_schema(found, simulated):
     document = found.document
-    assert set(document) == {"recording", "fits", "versions", "notes", "seed"}
+    keys = {"recording", "fits", "versions", "notes", "seed", "measured_restitution"}
+    assert set(document) == keys
     assert document["recording"] == str(simulated)
     assert document["seed"] == 11
     assert document["versions"]["impactjax"] == importlib.metadata.version("impactjax")
@@ -127,6 +128,7 @@ def test_fit_json_parameter_schema(found):
             "error_inflation",
             "unit",
             "verdict",
+            "reason",
             "assumed",
             "rests_on",
             "own",

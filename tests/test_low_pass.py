@@ -10,6 +10,7 @@ from scipy import signal
 from scipy.interpolate import CubicHermiteSpline
 
 import impactjax as ij
+from impactjax._sensor.filtered_samples import filtered_samples
 
 CUTOFF = 50.0
 ORDERS = [1, 2, 3, 4, 7, 12]
@@ -98,6 +99,16 @@ def test_low_pass_of_dense_samples():
         for ts in (coarse, dense)
     )
     np.testing.assert_allclose(many[::1000], few[:5], rtol=1e-9, atol=1e-22)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_filter_of_samples_agrees_with_filter_of_motion(order):
+    """The NumPy filter, which knows nothing of the motion beyond its ends, at a smooth swing."""
+    ts = np.linspace(0.0, 1.6, COUNT)
+    expected = filtered(order, ts, np.cos(12 * ts), -12 * np.sin(12 * ts))
+    found = filtered_samples(ij.Butterworth(CUTOFF, order=order), np.cos(12 * ts), 2500.0)
+    inside = (ts > 0.2) & (ts < 1.4)
+    np.testing.assert_allclose(found[inside], expected[inside], atol=2e-3)
 
 
 @pytest.mark.parametrize("order", [0, 13])

@@ -50,6 +50,8 @@ def test_both_rules_of_separation_are_tried_unless_one_is_stated(tmp_path):
     variant = "kelvin-voigt without pull"
     assert [*found.experiments] == ["kelvin-voigt", variant, "walton", "restitution"]
     stop = found.experiments[variant].model.lower
+    assert stop is not None
+    assert isinstance(stop.law, ij.KelvinVoigt)
     assert isinstance(stop.law.separation, ij.AtZeroForce)
     stated = prepared(tmp_path, '[system]\nseparation = "zero-penetration"\n', laws=laws)
     assert [*stated.experiments] == laws

@@ -22,8 +22,10 @@ from impactjax._problem.parameters import handles
 from impactjax._report.given import OwnValue, given, is_assumed
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import residual_sentences
+from impactjax._report.restitution_curves import restitution_curve, speeds_of
 from impactjax._report.rows import corrected_aic
 
+_EVERY = 20  # points of a curve from one that is written to the next
 _PACKAGES = ("impactjax", "jax", "jaxlib", "diffrax", "numpy", "scipy")
 
 
@@ -34,7 +36,21 @@ def document(comparisons: Sequence[Comparison]) -> dict[str, Any]:
         "fits": [fit for comparison in comparisons for fit in _fits(comparison)],
         "versions": versions(),
         "seed": comparisons[0].seed,
+        "measured_restitution": {each.name: _measured(each) for each in comparisons},
         "notes": {each.name: list(each.notes) for each in comparisons},
+    }
+
+
+def _measured(comparison: Comparison) -> dict[str, Any] | None:
+    """Restitution of each impact, from peaks or flights and without any law."""
+    look = comparison.first_look
+    return None if look is None else _table(look.speeds, look.restitutions)
+
+
+def _table(speeds: np.ndarray, restitutions: np.ndarray) -> dict[str, Any]:
+    return {
+        "approach_speed": [_number(v) for v in speeds],
+        "restitution": [_number(r) for r in restitutions],
     }
 
 
@@ -93,6 +109,7 @@ def _fit(fitted: Fitted) -> dict[str, Any]:
         "residuals": _residuals(estimate),
         "parameters": _parameters(fitted),
         "scatter": _scatter(estimate),
+        "restitution": _restitution(fitted),
         "assumptions": [each._asdict() for each in given(fitted).assumed],
     }
 
@@ -146,6 +163,19 @@ def _scatter(estimate: Estimate) -> dict[str, Any] | None:
         "interval95": [_number(scatter.low), _number(scatter.high)],
         "single_impact": [_number(factor) for factor in scatter.single],
     }
+
+
+def _restitution(fitted: Fitted) -> dict[str, Any] | None:
+    """The law's restitution at some speeds, with half the width of its 95 % band; `None` for a law
+    without a closed form, or without a result.
+    """
+    if not bool(fitted.estimate.converged):
+        return None
+    curve = restitution_curve(fitted.estimate, speeds_of([fitted]))
+    if curve is None:
+        return None
+    speeds, middle, half = (np.asarray(each)[::_EVERY] for each in curve)
+    return {**_table(speeds, middle), "half_width95": [_number(v) for v in half]}
 
 
 def _coupling(estimate: Estimate) -> dict[str, Any]:

@@ -76,8 +76,9 @@ def _section(comparison: Comparison) -> dict[str, Any]:
             ),
         ],
         "laws": law_rows(fits),
+        "measured": comparison.first_look is not None,
         "held_out": best.prediction is not None,
-        "restitution": _restitution(name, fits),
+        "restitution": _restitution(comparison),
         "parameters": [
             (each.name, rows)
             for each, rows in zip(fits, parameter_rows(fits), strict=True)
@@ -111,13 +112,15 @@ def _search_pictures(comparison: Comparison) -> list[Picture]:
     return [look, ends]
 
 
-def _restitution(name: str, fits: Sequence[Fitted]) -> Picture | None:
+def _restitution(comparison: Comparison) -> Picture | None:
     """The restitution figure of the laws that converged; `None` in free flight."""
-    shown = [each for each in fits if not each.is_free_flight and bool(each.estimate.converged)]
+    fits = [each for each in comparison if not each.is_free_flight]
+    shown = [each for each in fits if bool(each.estimate.converged)]
     if not shown:
         return None
-    text = f"Restitution against approach speed, impacts and laws' curves, for {name}"
-    return wide_picture(partial(plot_restitution, fits=shown), text, 3.4)
+    text = f"Restitution against approach speed, impacts and laws' curves, for {comparison.name}"
+    draw = partial(plot_restitution, fits=shown, look=comparison.first_look)
+    return wide_picture(draw, text, 3.4)
 
 
 def _coupling_pictures(name: str, best: Fitted) -> list[Picture]:
