@@ -16,17 +16,17 @@ quick: .venv/installed-for-tests
 	$(BIN)/basedpyright
 	$(PYTEST) -m quick tests
 
-# What a change must pass: every capability, with two or three laws. Pages come with `rest`.
+# What a change must pass: every capability, with two or three laws.
 test: quick capabilities
 
 capabilities: .venv/installed-for-tests
-	$(PYTEST) -m "not quick and not thorough" --durations=20 --ignore tests/test_docs.py tests
+	$(PYTEST) -m "not quick and not thorough" --durations=20 tests
 
-# The other laws, steps and statistics; then pages and notebooks under the compiler's own options, as a
-# library user has them: all other tests run under those of the command, twice as quick to compile.
+# The other laws, steps and statistics, and all pages; then notebooks under the compiler's own options, as
+# a library user has them: all other tests run under those of the command, twice as quick to compile.
 rest: .venv/installed-for-tests
-	$(PYTEST) -m thorough --durations=20 --ignore tests/test_docs.py tests
-	XLA_FLAGS= $(PYTEST) --nbmake --nbmake-timeout=600 tests/test_docs.py notebooks
+	$(PYTEST) -m thorough --durations=20 tests
+	XLA_FLAGS= $(PYTEST) --nbmake --nbmake-timeout=600 notebooks
 
 # Everything.
 test-all: test rest
