@@ -125,7 +125,7 @@ def _ranking(fits: Sequence[Fitted]) -> list[str]:
     behind = [behind_of[i] for i in sorted(firsts.values())]
     if len(tried) == 1 or _describes_nothing(fits):
         return []
-    best, *others = zip([fitted.name for fitted in tried], behind, strict=True)
+    best, *others = zip([_kind(fitted) for fitted in tried], behind, strict=True)
     if math.isnan(best[1]):
         return [_too_few([fitted.estimate for fitted in tried], "rank the laws")]
     ranked = [(name, by) for name, by in others if not math.isnan(by)]
