@@ -1,4 +1,4 @@
-"""Whether intervals keep their promise on records with the ordinary faults of a laboratory.
+"""Coverage of 95 % intervals on records with the ordinary faults of a laboratory.
 
     python benchmarks/fault_coverage.py --law kelvin-voigt [--fault zero --fault mixture]
 
@@ -39,7 +39,7 @@ LEVER = 9.80665 / OMEGA_N**2  # of a point mass on a light rod [m]
 
 
 class Faults(NamedTuple):
-    """What is wrong with a record."""
+    """Faults of a record."""
 
     zero: float = 0.0  # [rad]
     gain: float = 1.0
@@ -179,7 +179,10 @@ def row(law: str, fault: str, count: int, starts: int) -> str:
         for name, value in truth.items():
             if best.verdict(name) is ij.Verdict.IDENTIFIED:
                 own = best[name]
-                low, high = wider[name][:2] if name in wider else (own.low, own.high)
+                whole = wider.get(name, own)
+                if whole.verdict is not ij.Verdict.IDENTIFIED:
+                    continue
+                low, high = whole.low, whole.high
                 identified += 1
                 held.append(low <= value <= high)
                 if abs(value - (low + high) / 2) > 4 / 1.96 * (high - low) / 2:

@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jaxtyping import Array
 from scipy import optimize, stats
 
 import impactjax as ij
@@ -60,18 +61,49 @@ def test_rejected_law_does_not_widen_an_interval():
 
 
 def test_open_interval_of_a_likely_law_stays_open():
-    assert across([moved(0.0, 0.0), moved(0.0, 1.0, np.inf)])["x0"].high == np.inf
+    pair = [moved(0.0, 0.0), moved(0.0, 1.0, np.inf)]
+    assert across(pair)["x0"].high == np.inf
+    assert across(pair)["x0"].verdict is ij.Verdict.ONE_SIDED
+    rows = parameter_rows([ij.Fitted(name, own, 0.0) for name, own in zip("ab", pair, strict=True)])
+    assert rows[0][0]["verdict"] == "one-sided"
+    both = eqx.tree_at(lambda e: e.low, pair[1], pair[1].low.at[0].set(-np.inf))
+    assert across([pair[0], both])["x0"].verdict is ij.Verdict.NOT_IDENTIFIED
+    unknown = eqx.tree_at(lambda e: e.low, pair[0], pair[0].low.at[0].set(np.nan))
+    assert across([unknown, pair[1]]) == {}
     assert across([moved(0.0, 0.0), moved(0.0, 9.0, np.inf)]) == {}
 
 
+class Halved(ij.AbstractImpactLaw):
+    """Half of a number r, which is no coefficient of restitution."""
+
+    r: Array = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("1", at_least=0))
+
+    def restitution(self, speed):
+        return self.r / 2 * jnp.ones_like(speed)
+
+
 def test_laws_of_different_types_share_no_parameter_of_the_law():
-    """Restitution r beside a fit where a law of another type has a parameter of that name."""
+    """The name r means something else in a law of another type."""
     one = swing()
-    law = ij.LinearRestitution(0.5, 0.1)
-    other = eqx.tree_at(lambda e: e.problem.system.model.lower.law, one, law)
-    assert set(other.names) == set(one.names)
-    with pytest.raises(KeyError):
-        across([one, other])["r"]
+    at = one.names.index("r")
+    first, second = (
+        eqx.tree_at(
+            lambda e: (e.values, e.low, e.high, e.standard_errors),
+            one,
+            (
+                one.values.at[at].set(r),
+                one.low.at[at].set(r - 0.02),
+                one.high.at[at].set(r + 0.02),
+                one.standard_errors.at[at].set(0.01),
+            ),
+        )
+        for r in (0.5, 0.6)
+    )
+    assert across([first, second])["r"].high == pytest.approx(0.62, abs=0.01)
+    law = Halved(0.5)
+    other = eqx.tree_at(lambda e: e.problem.system.model.lower.law, second, law)
+    assert set(other.problem.handles()) == set(one.names)
+    assert "r" not in across([first, other])
 
 
 def test_interval_across_laws_is_printed_and_written():

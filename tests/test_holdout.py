@@ -68,6 +68,29 @@ def test_impact_times_are_held_out_by_number():
     assert predicted.rms < 1e-6
 
 
+def test_prediction_of_scattering_impacts_begins_at_the_last_fitted_one():
+    """By hand: the last fitted flight, shortened by r at each impact that was held out."""
+    random = np.random.default_rng(8)
+    flights = 0.6 * np.cumprod(0.85 * np.exp(0.02 * random.standard_normal(13)))
+    times = 0.1 + np.concatenate([[0.0], np.cumsum(flights)]) + 1e-6 * random.standard_normal(14)
+    model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.8)))
+    own = ij.Experiment(
+        model,
+        ij.ImpactTimes(times),
+        ij.InitialState(0.0, 2.4),
+        simulation=ij.Simulation(max_steps=64, max_impacts=16),
+    )
+    found = ij.fit(dataclasses.replace(own, recording=fitted_part(own.recording, 3 / 14)))
+    assert found.scatter is not None
+    predicted = prediction(found, own.recording, ij.LevenbergMarquardt(), Search())
+    fitted = times + np.asarray(found.residuals)
+    flight = fitted[10] - fitted[9]
+    expected = fitted[10] + np.cumsum(flight * float(found.value("r")) ** np.arange(1, 4))
+    missed = np.sqrt(np.mean((expected - times[11:]) ** 2))
+    assert predicted.observations == 3
+    assert predicted.rms == pytest.approx(missed, rel=1e-5)
+
+
 @pytest.mark.parametrize("share", [-0.1, 1.0, np.nan])
 def test_impossible_share_is_refused(share):
     with pytest.raises(ValueError, match="`holdout` is the share"):

@@ -44,7 +44,6 @@ from impactjax._fit.evaluation import evaluate
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
 from impactjax._known import known
-from impactjax._number_format import with_unit
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
 from impactjax._record.file_error import FileError
@@ -207,9 +206,8 @@ def _print(comparison: Comparison, printed: Sequence[str]) -> None:
     for fitted, rows in zip(fits, parameter_rows(fits), strict=True):
         shown = [fitted.name, f"{float(fitted.estimate.rms) * factor:.4g} {unit}"]
         for row in rows:
-            value = with_unit(row["value"], row["unit"] or "1")
-            verdict = f"{row['verdict']}{row['given']}" if row["interval"] else ""
-            table.add_row(*shown, row["name"], value, row["interval"], verdict)
+            value, verdict = f"{row['value']} {row['unit']}", f"{row['verdict']}{row['given']}"
+            table.add_row(*shown, row["name"], value.rstrip(), row["interval"], verdict)
             shown = ["", ""]
         table.add_section()
     if not console.is_terminal:

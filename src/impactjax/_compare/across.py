@@ -17,6 +17,7 @@ from scipy import special
 from impactjax._compare.ranking import CLEAR, differences
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.quantiles import bisected
+from impactjax._fit.verdict import Verdict
 from impactjax._problem.parameters import Handle
 from impactjax._problem.problem import Problem
 
@@ -31,11 +32,13 @@ class Across(NamedTuple):
     """An interval of a parameter across several models.
 
     - `low`, `high`: ends of the 95 % interval; the end of the range, or infinity, if it is open.
+    - `verdict`: sides from which all models together bound it.
     - `models`: indices of the models.
     """
 
     low: float
     high: float
+    verdict: Verdict
     models: tuple[int, ...]
 
 
@@ -60,28 +63,36 @@ def across(estimates: Sequence[Estimate[Problem]]) -> dict[str, Across]:
     found = {}
     for name, handle in best.problem.handles().items():
         sharing = [i for i in near if _shares(estimates[i], best, name, handle)]
-        if len(sharing) < 2 or not np.isfinite(best[name].standard_error):
+        if sharing[:1] != [0] or len(sharing) < 2:
             continue
         each = [estimates[i][name] for i in sharing]
+        intervals = np.array([(x.value, x.low, x.high) for x in each])
         weights = np.exp(-np.array([behind[i] for i in sharing]) / 2)
-        low, high = (
-            _end(np.array([(x.value, x.low, x.high) for x in each]), weights, side)
-            for side in (0, 1)
-        )
-        allowed, own = handle.allowed, best[name]
-        low, high = max(low, allowed.low), min(high, allowed.high)
-        width = own.high - own.low
-        if own.low - low > _DIFFERENT * width or high - own.high > _DIFFERENT * width:
-            found[name] = Across(min(low, own.low), max(high, own.high), tuple(sharing))
+        allowed, own = handle.allowed, each[0]
+        low = min(own.low, max(_end(intervals, weights, 0), allowed.low))
+        high = max(own.high, min(_end(intervals, weights, 1), allowed.high))
+        if max(own.low - low, high - own.high) > _DIFFERENT * (own.high - own.low):
+            verdict = _verdict(own.verdict, allowed.low < low, high < allowed.high)
+            found[name] = Across(low, high, verdict, tuple(sharing))
     return found
+
+
+def _verdict(own: Verdict, below: bool, above: bool) -> Verdict:
+    """The verdict on an interval that contains that of the best model."""
+    if own is Verdict.UNDECIDED or (below and above):
+        return own
+    return Verdict.ONE_SIDED if below or above else Verdict.NOT_IDENTIFIED
 
 
 def _shares(
     estimate: Estimate[Problem], best: Estimate[Problem], name: str, handle: Handle
 ) -> bool:
-    """True if a model has a parameter of the best one."""
+    """True if a model has a parameter of the best one, with an interval that is known."""
     own = estimate.problem.handles().get(name)
-    if own is None or own.path != handle.path or np.isnan(estimate[name].low + estimate[name].high):
+    if own is None or own.path != handle.path:
+        return False
+    found = estimate[name]
+    if np.isnan([found.low, found.high]).any() or not np.isfinite(found.standard_error):
         return False
     if "law" not in handle.path:
         return True

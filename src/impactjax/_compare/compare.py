@@ -173,19 +173,6 @@ def compare_by(
     return dataclasses.replace(ranked, name=name, first_look=look, notes=(*notes, *said))
 
 
-def _without_end(experiment: Experiment, share: float) -> Experiment:
-    """The experiment without the last `share` of its observations."""
-    if share == 0:
-        return experiment
-    return dataclasses.replace(experiment, recording=fitted_part(experiment.recording, share))
-
-
-def _scored(fitted: Fitted, whole: Experiment, settings: "_Settings") -> Fitted:
-    """The fit with its prediction of the part that was held out."""
-    found = prediction(fitted.estimate, whole.recording, settings.optimiser, settings.search)
-    return fitted._replace(prediction=found)
-
-
 class _Settings(NamedTuple):
     """The arguments of a comparison that say how to search."""
 
@@ -194,6 +181,19 @@ class _Settings(NamedTuple):
     search: Search
     progress: Progress
     each: Each
+
+
+def _without_end(experiment: Experiment, share: float) -> Experiment:
+    """The experiment without the last `share` of its observations."""
+    if share == 0:
+        return experiment
+    return dataclasses.replace(experiment, recording=fitted_part(experiment.recording, share))
+
+
+def _scored(fitted: Fitted, whole: Experiment, settings: _Settings) -> Fitted:
+    """The fit with its prediction of the part that was held out."""
+    found = prediction(fitted.estimate, whole.recording, settings.optimiser, settings.search)
+    return fitted._replace(prediction=found)
 
 
 def _ranked(fits: Mapping[str, Fitted]) -> list[Fitted]:

@@ -110,7 +110,7 @@ def prepared(found: Survey) -> Prepared:
         ):
             own = look._replace(oscillator=_with_friction(look.oscillator, setup, dry))
             called = name_of_law + (WITH_DRY_FRICTION if dry else "")
-            if separation is not setup.separation:
+            if setup.separation is None and isinstance(separation, AtZeroForce):
                 called += WITHOUT_PULL
             stated = setup._replace(separation=separation)
             experiments[called] = _experiment(recording, own, stated, law)

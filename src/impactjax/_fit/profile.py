@@ -74,14 +74,10 @@ def profiled_by(
     below, above = walks[::2], walks[1::2]
     low = np.array([walk.end(each.low) for walk, each in zip(below, ranges, strict=True)])
     high = np.array([walk.end(each.high) for walk, each in zip(above, ranges, strict=True)])
-    found = [_verdict(a, b) for a, b in zip(below, above, strict=True)]
-    widths = [
-        (b - a) if verdict is Verdict.IDENTIFIED else 0.0
-        for a, b, verdict in zip(low, high, found, strict=True)
-    ]
-    errors, covariance = _agreeing(estimate, np.array(widths))
-    if bool(estimate.lasting):
-        found = [Verdict.UNDECIDED if each is Verdict.IDENTIFIED else each for each in found]
+    both = [a.bounded and b.bounded for a, b in zip(below, above, strict=True)]
+    errors, covariance = _agreeing(estimate, np.where(both, high - low, 0))
+    lasting = bool(estimate.lasting)
+    found = [_verdict(a, b, lasting) for a, b in zip(below, above, strict=True)]
     verdicts = np.array(found, np.int32)
     return eqx.tree_at(
         lambda each: (each.low, each.high, each.verdicts, each.standard_errors, each.covariance),
@@ -184,8 +180,9 @@ class _Walk:
         return self.value(a + share * (b - a))
 
 
-def _verdict(below: _Walk, above: _Walk) -> Verdict:
-    if below.failed or above.failed:
+def _verdict(below: _Walk, above: _Walk, lasting: bool) -> Verdict:
+    both = below.bounded and above.bounded
+    if below.failed or above.failed or (both and lasting):
         return Verdict.UNDECIDED
     kinds = (Verdict.NOT_IDENTIFIED, Verdict.ONE_SIDED, Verdict.IDENTIFIED)
     return kinds[below.bounded + above.bounded]

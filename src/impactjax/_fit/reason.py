@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from impactjax._fit.estimate import Estimate
 
 _WORDS = (
-    "its value was given",
+    "it was not fitted",
     "both ends of its interval were found",
     "its interval is open above",
     "its interval is open below",

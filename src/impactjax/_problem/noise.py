@@ -102,10 +102,10 @@ class AutoregressiveNoise(AbstractNoise):
         flat = power / self._spectrum(scores, count, length)
         low = flat[: lines + 1].at[0].set(0.0)  # that of the mean
         rho = jnp.fft.irfft(low, 2 * lines)
-        most = lines // 2
-        excess = jnp.sum((rho[1 : most + 1] / jnp.where(rho[0] > 0, rho[0], 1.0)) ** 2)
-        statistic = 2 * lines * (count / length) * excess
-        return statistic > float(special.chdtri(most, _UNLIKELY))
+        lags = lines // 2
+        squares = jnp.sum((rho[1 : lags + 1] / jnp.where(rho[0] > 0, rho[0], 1.0)) ** 2)
+        statistic = 2 * lines * (count / length) * squares
+        return statistic > float(special.chdtri(lags, _UNLIKELY))
 
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
         length = 2 * scores.shape[0]

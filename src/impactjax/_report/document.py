@@ -84,6 +84,7 @@ def _across(comparison: Comparison) -> dict[str, Any]:
     return {
         name: {
             "interval95": [_number(each.low), _number(each.high)],
+            "verdict": str(each.verdict),
             "laws": [comparison[i].name for i in each.models],
         }
         for name, each in across([fitted.estimate for fitted in comparison]).items()

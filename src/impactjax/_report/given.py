@@ -64,7 +64,7 @@ def given_sentences(fitted: Fitted) -> list[str]:
         names = [name for name, rest in known.rests.items() if rest.on == on]
         what = " and ".join(each.sentence for each in known.assumed if each.name in on)
         keys = " and ".join(f"`{name}`" for name in on)
-        said = f"{_listed(names)} {'rest' if len(names) > 1 else 'rests'} on {what}; state {keys}"
+        said = f"{listed(names)} {'rest' if len(names) > 1 else 'rests'} on {what}; state {keys}"
         own = [known.own[name] for name in names if name in known.own]
         told = ", ".join(f"{each.name}: {with_unit(each.shown, each.unit)}" for each in own)
         found.append(f"{said} to be sure." + (f" The record itself tells {told}." if own else ""))
@@ -77,7 +77,7 @@ def taken(fitted: Fitted) -> list[str]:
     found = []
     for each in known.assumed:
         names = [name for name, rest in known.rests.items() if each.name in rest.on]
-        found.append(f"{each.sentence}. On it rests: {_listed(names) if names else 'no value'}.")
+        found.append(f"{each.sentence}. On it rests: {listed(names) if names else 'no value'}.")
     fixed = {
         name: with_unit(
             f"{name} = {float(np.asarray(handle.get(system))):.4g}", handle.allowed.unit
@@ -111,7 +111,8 @@ def speeds_rest_on(known: Given) -> str:
     return " and ".join(each.sentence for each in known.assumed if each.unit in ("m", "m/s²"))
 
 
-def _listed(names: list[str]) -> str:
+def listed(names: list[str]) -> str:
+    """Names as in a sentence: "a, b and c"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 

@@ -64,19 +64,19 @@ def parameter_rows(fits: Sequence[Fitted]) -> list[list[Row]]:
 def _rows(fitted: Fitted, wider: Mapping[str, Across], ruled_out: bool) -> list[Row]:
     known, rows = given(fitted), []
     for each in fitted.estimate.parameters:
-        low, high = wider[each.name][:2] if each.name in wider else (each.low, each.high)
+        whole = wider.get(each.name, each)
         row = {
             "name": each.name,
             "value": each.quoted,
             "unit": _unit(each.unit),
-            "interval": interval(low, high, each.standard_error),
-            "verdict": "law rejected" if ruled_out else str(each.verdict),
+            "interval": interval(whole.low, whole.high, each.standard_error),
+            "verdict": "law rejected" if ruled_out else str(whole.verdict),
             "given": known.words(each.name),
         }
         rows.append(row)
         if (own := known.own.get(each.name)) is not None:
             free = {"name": own.name, "value": own.shown, "unit": _unit(own.unit)}
-            rows.append({**row, **free, "interval": "", "given": ""})
+            rows.append({**free, "interval": "", "verdict": "", "given": ""})
     return rows
 
 

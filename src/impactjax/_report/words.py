@@ -19,7 +19,7 @@ from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residual_diagnostics import residual_diagnostics
 from impactjax._identify.words import coupling, findings
 from impactjax._number_format import apart, interval, with_unit
-from impactjax._report.given import given_sentences
+from impactjax._report.given import given_sentences, listed
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import independence
 
@@ -199,18 +199,14 @@ def _across(fits: Sequence[Fitted]) -> list[str]:
         own = best[name]
         alone, whole = (
             with_unit(interval(*ends, own.standard_error), own.unit)
-            for ends in ((own.low, own.high), wider[:2])
+            for ends in ((own.low, own.high), (wider.low, wider.high))
         )
-        laws = _listed([fits[i].name for i in wider.models])
+        laws = listed([fits[i].name for i in wider.models])
         found.append(
             f"{laws} cannot be told apart and differ in {name}: its interval across them is "
             f"{whole}; {fits[0].name} alone would give {alone}."
         )
     return found
-
-
-def _listed(names: Sequence[str]) -> str:
-    return f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def _lasting(estimate: Estimate) -> list[str]:
