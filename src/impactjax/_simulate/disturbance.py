@@ -29,9 +29,9 @@ def longest_step(
     what fades faster than the rest asks for stability only, as if the tolerance were 1. The base
     counts however small its amplitude, by which there may be a derivative.
     """
-    jacobian = _jacobian(automaton, start)
-    fastest = _spectral_radius(jacobian)
-    lasting = _lasting_rate(jacobian, fastest, (start.t - begun) / step.power)
+    jacobian, age = _jacobian(automaton, start), (start.t - begun) / step.power
+    rates = _rates_of_two if len(jacobian) == 2 else _rates
+    fastest, lasting = rates(jacobian, age)
     for base in _bases(automaton):
         lasting = jnp.maximum(lasting, jnp.abs(base.frequency))
     accurate = _over(step.reach(tolerance), lasting)
@@ -51,13 +51,25 @@ def _jacobian(automaton: Automaton, start: Point) -> Float[Array, "n n"]:
     return jnp.where(jnp.all(jnp.isfinite(matrix)), matrix, 0.0)
 
 
-def _lasting_rate(matrix: Float[Array, "n n"], fastest: Scalar, time: Scalar) -> Scalar:
-    """The spectral radius of A e^(A time) over that of e^(A time), with a time cut where no
-    difference is left.
+def _rates_of_two(matrix: Float[Array, "2 2"], time: Scalar) -> tuple[Scalar, Scalar]:
+    """`_rates` of two states, from the eigenvalues m ± √q of A: the larger |λ|, and the larger
+    |λ e^(λ time)| over the larger |e^(λ time)|.
     """
+    (a, b), (c, d) = matrix
+    mean, q = (a + d) / 2, ((a - d) / 2) ** 2 + b * c
+    real, imaginary = jnp.sqrt(jnp.maximum(q, 0)), jnp.sqrt(jnp.maximum(-q, 0))
+    slow, fast = jnp.hypot(mean + real, imaginary), jnp.hypot(mean - real, imaginary)
+    return jnp.maximum(slow, fast), jnp.maximum(slow, fast * jnp.exp(-2 * real * time))
+
+
+def _rates(matrix: Float[Array, "n n"], time: Scalar) -> tuple[Scalar, Scalar]:
+    """The spectral radius of A, and that of A e^(A time) over that of e^(A time), with a time cut
+    where no difference is left.
+    """
+    fastest = _spectral_radius(matrix)
     time = jnp.minimum(time, _over(jnp.asarray(_POWER / 2, matrix.dtype), fastest))
     faded, _ = _large_power(jnp.eye(len(matrix), dtype=matrix.dtype) + matrix * time / _POWER)
-    return _spectral_radius(matrix @ faded) / _spectral_radius(faded)
+    return fastest, _spectral_radius(matrix @ faded) / _spectral_radius(faded)
 
 
 def _spectral_radius(matrix: Float[Array, "n n"]) -> Scalar:

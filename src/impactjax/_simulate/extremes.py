@@ -19,7 +19,7 @@ from impactjax._model.root import implicit
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chandrupatla import Bracket, falling_zero
 from impactjax._simulate.chunks import CHUNK, map_some
-from impactjax._simulate.flow import walls
+from impactjax._simulate.flow import has_resistance, walls
 from impactjax._simulate.lane import Record
 from impactjax._simulate.levels import chosen, heights, is_compliant, levels_of
 from impactjax._simulate.replay import Path
@@ -108,11 +108,10 @@ def extremes(
     start, end = _at_ends(model, path, record, tracks)
 
     flying = tracks.followed & (log.mode.phase == Phase.FLIGHT)[:, None]
-    stands = (rates[..., -2] > 0) & _stands(model, record)[:, None]
-    turned = jnp.minimum(
-        jnp.min(jnp.where(flying & turns.exists, -turns.level, far)),
-        jnp.min(jnp.where(flying & stands, -end, far)),
-    )
+    turned = jnp.min(jnp.where(flying & turns.exists, -turns.level, far))
+    if has_resistance(model):
+        stands = (rates[..., -2] > 0) & _stands(model, record)[:, None]
+        turned = jnp.minimum(turned, jnp.min(jnp.where(flying & stands, -end, far)))
     final = (log.event == NO_EVENT) & (log.h >= record.end.t - log.t)
     approaches = (rates[..., -1] > 0) & final[:, None]
     ended = jnp.min(jnp.where(flying & approaches, -end, far))

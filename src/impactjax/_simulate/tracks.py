@@ -1,6 +1,5 @@
 """Levels that are followed in each step, and the nodes at which they are evaluated."""
 
-import functools
 from typing import NamedTuple
 
 import jax
@@ -57,19 +56,10 @@ def nodes_of(
     where a rate of one sign comes closest to zero, by cubic interpolation.
     """
     model, path, log = jax.lax.stop_gradient((model, path, record.log))
-    levels = jax.vmap(functools.partial(levels_of, model))
-    first, last = levels(path.t, path.y, log.mode), levels(path.t + path.h, path.end, log.mode)
     ends = jnp.arange(_PARTS + 1, dtype=path.t.dtype) / _PARTS
-    shares = jnp.broadcast_to(ends[1:-1], (path.h.shape[0], _PARTS - 1))
-    inner = _within(step, model, path, record, shares)
-
-    def followed(levels: Float[Array, "steps nodes levels"]) -> PerNode:
-        return chosen(levels[:, None], tracks.level[:, :, None])
-
-    rate, growth = (
-        followed(jnp.concatenate([a[:, None], b, c[:, None]], axis=1))
-        for a, b, c in zip(first[1:], inner[1:], last[1:], strict=True)
-    )
+    shares = jnp.broadcast_to(ends, (path.h.shape[0], _PARTS + 1))
+    _, *rates = _within(step, model, path, record, shares)
+    rate, growth = (chosen(each[:, None], tracks.level[:, :, None]) for each in rates)
     hidden = closest_to_zero(rate, growth * path.h[:, None, None] / _PARTS)
     more = chosen(_within(step, model, path, record, hidden)[1], tracks.level)
     place = jnp.sum(ends <= hidden[..., None], axis=-1)
