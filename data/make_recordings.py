@@ -62,6 +62,7 @@ def write(name: str, ts: np.ndarray, angle: np.ndarray, law: dict[str, float]) -
         "[sensor]",
         "cutoff = 50.0",
         "order = 2",
+        "gain = 1.0",
         "offset = 0.0",
         "",
         "[truth]  # what the recording was made from; the fit does not read it",

@@ -1,0 +1,61 @@
+"""The gain of a swing that is large enough to tell it, on records made with SciPy."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import impactjax as ij
+from reference import simulate_rigid
+
+OMEGA_N, ZETA, R = 13.47, 0.0017, 0.6
+TIMES = np.linspace(0.0, 1.4, 701)
+NOISE = np.radians(0.2)
+LARGE, SMALL = np.radians(45.0), np.radians(10.0)
+
+
+def record(gain, angle, seed=0):
+    def flow(t, y):
+        return np.array([y[1], -2 * ZETA * OMEGA_N * y[1] - OMEGA_N**2 * np.sin(y[0])])
+
+    angles = simulate_rigid(flow, [angle, 0.0], TIMES, lambda speed: R).position
+    noise = NOISE * np.random.default_rng(seed).standard_normal(TIMES.size)
+    return ij.Recording(TIMES, gain * angles + noise, ij.Angle())
+
+
+def errors_off(estimate, gain):
+    """Distances of the estimates from the truth, in standard errors."""
+    truth = {"omega_n": OMEGA_N, "r": R, "gain": gain}
+    return {
+        name: abs(estimate[name].value - value) / estimate[name].standard_error
+        for name, value in truth.items()
+        if name in estimate.names
+    }
+
+
+@pytest.mark.parametrize("gain", [0.92, 1.08])
+def test_wrong_gain_does_not_falsify_natural_frequency(gain):
+    prepared = ij.prepare(record(gain, LARGE), laws=["restitution"])
+    fitted = errors_off(ij.compare(prepared).best.estimate, gain)
+    assert set(fitted) == {"omega_n", "r", "gain"}
+    assert max(fitted.values()) < 3
+    held = dataclasses.replace(prepared.experiment, free=("offset",))
+    assert errors_off(ij.fit(held), gain)["omega_n"] > 3
+
+
+@pytest.mark.parametrize(
+    ("angle", "stated", "free"),
+    [
+        (LARGE, {}, {"offset", "gain"}),
+        (SMALL, {}, {"offset"}),
+        (LARGE, {"fixed": {"gain": 1.0}}, {"offset"}),
+        (LARGE, {"sensor": ij.Sensor()}, set()),
+        (LARGE, {"oscillator": ij.LinearOscillator(13.0)}, {"offset"}),
+    ],
+)
+def test_gain_is_fitted_unless_stated_or_untold(angle, stated, free):
+    record_ = record(1.0, angle)
+    if "oscillator" in stated:
+        record_ = ij.Recording(record_.ts, record_.values, ij.Displacement())
+    prepared = ij.prepare(record_, laws=["restitution"], **stated)
+    assert {*prepared.experiment.free} == free
