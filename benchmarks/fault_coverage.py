@@ -74,7 +74,7 @@ FAULTS: dict[str, Callable[[np.random.Generator], Faults]] = {
 
 def mixture(rng: np.random.Generator) -> Faults:
     """Each fault with a chance of one in three, but for those that the fit does not know."""
-    unknown = ("none", "friction", "scatter", "zero force")
+    unknown = ("none", "scatter")
     chosen = [
         make(rng) for name, make in FAULTS.items() if name not in unknown and rng.random() < 1 / 3
     ]

@@ -21,9 +21,9 @@ from impactjax._check.check import Check as Check
 from impactjax._check.check import check as check
 from impactjax._compare.across import Across as Across
 from impactjax._compare.across import across as across
-from impactjax._compare.compare import Comparison as Comparison
-from impactjax._compare.compare import Fitted as Fitted
 from impactjax._compare.compare import compare as compare
+from impactjax._compare.comparison import Comparison as Comparison
+from impactjax._compare.comparison import Fitted as Fitted
 from impactjax._compare.laws import *  # noqa: F403  all contact laws, which that file lists
 from impactjax._compare.oscillators import OSCILLATORS as OSCILLATORS
 from impactjax._compare.prepare import Prepared as Prepared

@@ -34,7 +34,8 @@ from impactjax._cli.options import (
 )
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._cli.trace_cache import kept
-from impactjax._compare.compare import Comparison, compare_by
+from impactjax._compare.compare import compare_by
+from impactjax._compare.comparison import Comparison
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.prepare import Prepared, prepared

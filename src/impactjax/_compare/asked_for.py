@@ -1,10 +1,12 @@
 """Parameters that the record asks for, because the best of several fits left them out."""
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from impactjax._compare.oscillators import DRY_FRICTION
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.left_out import needed, sensor_with
 from impactjax._fit.score_test import HeldParameter
@@ -33,6 +35,12 @@ def freed(experiment: Experiment, problem: Problem, found: Sequence[HeldParamete
     names = [each.name for each in found if each.name in known]
     free = tuple(dict.fromkeys([*experiment.free, *names]))
     return dataclasses.replace(experiment, sensor=sensor, free=free)
+
+
+def friction(before: Estimate[Problem], dry: Estimate[Problem]) -> HeldParameter:
+    """Dry friction as a parameter that was left out, from a fit without and one with it."""
+    own, gain = dry[DRY_FRICTION], float(before.aic - dry.aic)
+    return HeldParameter(DRY_FRICTION, own.unit, math.inf, own.value, own.standard_error, gain)
 
 
 def values_before(problem: Problem, estimate: Estimate[Problem]) -> np.ndarray:

@@ -2,20 +2,19 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._compare.asked_for import asked_for, freed, values_before, words
-from impactjax._compare.holdout import Prediction, check_holdout, fitted_part, prediction
+from impactjax._compare.asked_for import asked_for, freed, friction, values_before, words
+from impactjax._compare.comparison import Comparison, Fitted
+from impactjax._compare.holdout import check_holdout, fitted_part, prediction
 from impactjax._compare.nested import in_stages, special_case, starts_beside
-from impactjax._compare.oscillators import is_dry
 from impactjax._compare.prepare import Prepared
 from impactjax._compare.ranking import best_first
-from impactjax._first_look.first_look import FirstLook
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.fit import best_from, check_no_priors, check_search, scattered
 from impactjax._fit.profile import profiled_by
@@ -36,76 +35,6 @@ Progress = Callable[[str], None]
 Each = Callable[..., Iterable[Any]]
 
 
-class Fitted(NamedTuple):
-    """One model fitted to a recording.
-
-    - `name`: name of the experiment.
-    - `estimate`: estimate with intervals from profile likelihoods.
-    - `seconds`: computing time.
-    - `stated`: names of the parameters whose values the user stated.
-    - `worse_than`: names of special cases of the model that fit better. That is a failure of the
-      search, so the estimate counts as not converged.
-    - `prediction`: prediction of the part that was held out; `None` if none was.
-    """
-
-    name: str
-    estimate: Estimate[Problem]
-    seconds: float
-    stated: tuple[str, ...] = ()
-    worse_than: tuple[str, ...] = ()
-    prediction: Prediction | None = None
-
-    @property
-    def is_free_flight(self) -> bool:
-        """True if the model has no stop."""
-        model = self.estimate.problem.system.model
-        return model.lower is None and model.upper is None
-
-    @property
-    def is_dry(self) -> bool:
-        """True if the oscillator has dry friction."""
-        return is_dry(self.estimate.problem.system.model.oscillator)
-
-
-@dataclasses.dataclass(frozen=True)
-class Comparison:
-    """Models fitted to one recording, sorted by Akaike's criterion, the best first.
-
-    - `name`: name of the recording.
-    - `fits`: one fit for each model.
-    - `first_look`: first look at the recording, if `prepare` took one.
-    - `notes`: sentences on changes to the recording, and on parameters that it asked for.
-    - `seed`: random seed of the scattered starts.
-
-    It is a sequence of its fits, and gives each by its name: `comparison["kelvin-voigt"]`.
-    """
-
-    name: str
-    fits: tuple[Fitted, ...]
-    first_look: FirstLook | None = None
-    notes: tuple[str, ...] = ()
-    seed: int = 0
-
-    @property
-    def best(self) -> Fitted:
-        """The fit with the best criterion."""
-        return self.fits[0]
-
-    def __iter__(self) -> Iterator[Fitted]:
-        return iter(self.fits)
-
-    def __len__(self) -> int:
-        return len(self.fits)
-
-    def __getitem__(self, which: int | str) -> Fitted:
-        if isinstance(which, int):
-            return self.fits[which]
-        names = [fitted.name for fitted in self.fits]
-        if which not in names:
-            raise KeyError(f"`{which}` was not fitted; {', '.join(names)} were.")
-        return self.fits[names.index(which)]
-
-
 def compare(
     experiments: Prepared | Mapping[str, Experiment],
     *,
@@ -119,7 +48,8 @@ def compare(
     A model that contains others as special cases is fitted after them; its searches also start from
     their results. If the best fit held a parameter of the sensor or of a stop that the record asks
     for (`left_out`), and its experiment does not list it in `fixed`, all models are fitted again
-    with it, and a note says so.
+    with it, and a note says so; likewise with dry friction, if the residuals of the best fit are
+    autocorrelated and dry friction lowers its criterion by 10 or more.
 
     **Arguments:**
 
@@ -150,9 +80,13 @@ def compare_by(
     check_holdout(holdout)
     given = experiments.experiments if isinstance(experiments, Prepared) else experiments
     _check(given)
-    own = {name: _without_end(each, holdout) for name, each in given.items()}
+    rubbed = experiments.rubbed if isinstance(experiments, Prepared) else {}
+    own, rubbed = (
+        {name: _without_end(one, holdout) for name, one in these.items()}
+        for these in (given, rubbed)
+    )
     settings = _Settings(starts, optimiser, search, progress, each)
-    fits, said = _fits(own, settings, {}), []
+    own, fits, said = _with_friction(own, _fits(own, settings, {}), rubbed, settings)
     for _ in range(_ROUNDS if fits else 0):
         best = _ranked(fits)[0]
         found = asked_for(best.estimate, own[best.name], search)
@@ -194,6 +128,26 @@ def _scored(fitted: Fitted, whole: Experiment, settings: _Settings) -> Fitted:
     """The fit with its prediction of the part that was held out."""
     found = prediction(fitted.estimate, whole.recording, settings.optimiser, settings.search)
     return fitted._replace(prediction=found)
+
+
+def _with_friction(
+    own: dict[str, Experiment],
+    fits: dict[str, Fitted],
+    rubbed: Mapping[str, Experiment],
+    settings: _Settings,
+) -> tuple[dict[str, Experiment], dict[str, Fitted], list[str]]:
+    """Experiments with dry friction, their fits and a sentence, if the best fit asks for friction;
+    otherwise those given, and none.
+    """
+    best = _ranked(fits)[0] if fits else None
+    if best is None or best.name not in rubbed or int(best.estimate.memory) == 0:
+        return own, fits, []
+    dry = _fits({best.name: rubbed[best.name]}, settings, fits)[best.name].estimate
+    found = friction(best.estimate, dry)
+    if not (bool(dry.converged) and found.is_needed):
+        return own, fits, []
+    own = {**own, **rubbed}
+    return own, _fits(own, settings, fits), [words([found], best.estimate, dry)]
 
 
 def _ranked(fits: Mapping[str, Fitted]) -> list[Fitted]:

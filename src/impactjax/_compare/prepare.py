@@ -40,12 +40,14 @@ class Prepared(NamedTuple):
     - `experiments`: experiments by the name of their law.
     - `first_look`: first estimates from the recording.
     - `notes`: sentences on samples left out, a sign turned and values assumed.
+    - `rubbed`: the experiments with dry friction as well, where it is possible and not decided.
     """
 
     name: str
     experiments: dict[str, Experiment]
     first_look: FirstLook
     notes: tuple[str, ...] = ()
+    rubbed: Mapping[str, Experiment] = {}
 
     @property
     def experiment(self) -> Experiment:
@@ -103,7 +105,7 @@ def prepared(found: Survey) -> Prepared:
     """Experiments for the laws of a survey."""
     recording, look, setup = found.recording, found.look, found.setup
     laws = _usual_laws(recording, look) if setup.laws is None else setup.laws
-    experiments = {}
+    experiments, rubbed = {}, {}
     for name_of_law, law in _named(laws).items():
         for dry, separation in itertools.product(
             _frictions(setup, law), _possible_separations(setup, law, look)
@@ -114,8 +116,11 @@ def prepared(found: Survey) -> Prepared:
                 called += WITHOUT_PULL
             stated = setup._replace(separation=separation)
             experiments[called] = _experiment(recording, own, stated, law)
+            if law != NO_LAW and _may_rub(setup) and not dry:
+                own = look._replace(oscillator=_with_friction(look.oscillator, setup, True))
+                rubbed[called] = _experiment(recording, own, stated, law)
     notes = [*found.notes, *_separations(setup, experiments)]
-    return Prepared(found.name, experiments, look, tuple(notes))
+    return Prepared(found.name, experiments, look, tuple(notes), rubbed)
 
 
 def _separations(setup: Setup, experiments: Mapping[str, Experiment]) -> list[str]:
@@ -157,10 +162,15 @@ def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:
     """
     if DRY_FRICTION in {*setup.fixed, *setup.held, *setup.start, *setup.free}:
         return (True,)
-    undecided = setup.dry_friction is None and may_be_dry(setup.oscillator)
-    if law == NO_LAW and undecided and not is_dry(setup.oscillator):
+    if law == NO_LAW and _may_rub(setup):
         return False, True
     return (bool(setup.dry_friction) or is_dry(setup.oscillator),)
+
+
+def _may_rub(setup: Setup) -> bool:
+    """True if there may be dry friction, and the user did not decide it."""
+    oscillator = setup.oscillator
+    return setup.dry_friction is None and may_be_dry(oscillator) and not is_dry(oscillator)
 
 
 def _possible_separations(

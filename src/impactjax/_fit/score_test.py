@@ -39,7 +39,7 @@ class HeldParameter(NamedTuple):
     """A parameter that a fit held at a value.
 
     - `name`, `unit`.
-    - `held`: its value; infinite for the cutoff of a low-pass that was not assumed.
+    - `held`: its value; infinite for a low-pass or a friction that was not assumed.
     - `value`, `standard_error`: estimate if it were fitted, in linear approximation.
     - `gain`: expected fall of AIC if it were fitted.
     """

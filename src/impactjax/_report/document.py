@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import ArrayLike
 
 from impactjax._compare.across import across
-from impactjax._compare.compare import Comparison, Fitted
+from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.ranking import differences, rejected
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.reason import Reason

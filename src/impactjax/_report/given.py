@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._compare.compare import Fitted
+from impactjax._compare.comparison import Fitted
 from impactjax._fit.estimate import Estimate
 from impactjax._number_format import interval, with_error, with_unit
 from impactjax._problem.assumptions import Assumption, Rest, assumptions, given_words, rests

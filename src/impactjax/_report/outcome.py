@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from impactjax._compare.compare import Fitted
+from impactjax._compare.comparison import Fitted
 from impactjax._fit.estimate import Estimate
 from impactjax._results import RESULTS
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from impactjax._compare.compare import Comparison, Fitted
+from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.ranking import CLEAR
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.words import coupling

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from impactjax._compare.compare import Fitted
+from impactjax._compare.comparison import Fitted
 from impactjax._fit.estimate import Estimate
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.information import Information

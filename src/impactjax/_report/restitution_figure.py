@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from impactjax._compare.compare import Fitted
+from impactjax._compare.comparison import Fitted
 from impactjax._first_look.first_look import FirstLook
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.learned import Learned

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from impactjax._compare.across import Across, across
-from impactjax._compare.compare import Fitted
+from impactjax._compare.comparison import Fitted
 from impactjax._compare.ranking import differences, rejected
 from impactjax._fit.estimate import Estimate
 from impactjax._number_format import interval

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from impactjax._compare.across import across
-from impactjax._compare.compare import Fitted
+from impactjax._compare.comparison import Fitted
 from impactjax._compare.prepare import WITH_DRY_FRICTION, WITHOUT_PULL
 from impactjax._compare.ranking import (
     CLEAR,

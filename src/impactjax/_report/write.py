@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from impactjax._compare.compare import Comparison
+from impactjax._compare.comparison import Comparison
 from impactjax._report.document import document
 from impactjax._report.page import page
 

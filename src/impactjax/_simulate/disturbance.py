@@ -58,8 +58,9 @@ def _rates_of_two(matrix: Float[Array, "2 2"], time: Scalar) -> tuple[Scalar, Sc
     (a, b), (c, d) = matrix
     mean, q = (a + d) / 2, ((a - d) / 2) ** 2 + b * c
     real, imaginary = jnp.sqrt(jnp.maximum(q, 0)), jnp.sqrt(jnp.maximum(-q, 0))
-    slow, fast = jnp.hypot(mean + real, imaginary), jnp.hypot(mean - real, imaginary)
-    return jnp.maximum(slow, fast), jnp.maximum(slow, fast * jnp.exp(-2 * real * time))
+    lasting, fading = jnp.hypot(mean + real, imaginary), jnp.hypot(mean - real, imaginary)
+    fastest = jnp.maximum(lasting, fading)
+    return fastest, jnp.maximum(lasting, fading * jnp.exp(-2 * real * time))
 
 
 def _rates(matrix: Float[Array, "n n"], time: Scalar) -> tuple[Scalar, Scalar]:

@@ -55,7 +55,7 @@ def nodes_of(
     """The ends of the parts of each step, and one more node between which two turns may be hidden:
     where a rate of one sign comes closest to zero, by cubic interpolation.
     """
-    model, path, log = jax.lax.stop_gradient((model, path, record.log))
+    model, path = jax.lax.stop_gradient((model, path))
     ends = jnp.arange(_PARTS + 1, dtype=path.t.dtype) / _PARTS
     shares = jnp.broadcast_to(ends, (path.h.shape[0], _PARTS + 1))
     _, *rates = _within(step, model, path, record, shares)
