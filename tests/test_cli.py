@@ -20,6 +20,7 @@ TRUTH = {
     "theta0": math.radians(40),
     "theta_dot0": 0.5,
     "offset": 0.0,
+    "gain": 1.0,
 }
 ALIKE = ["--duration=0.8", "--rate=500", "--set=length=2"]  # all runs compile the same program
 SWING = [
@@ -100,7 +101,7 @@ def test_fit_json_schema(found, simulated):
     assert fit["rms_residual"]["unit"] == "rad"
     assert fit["rms_residual"]["value"] == pytest.approx(math.radians(0.2), rel=0.1)
     assert {type(fit[key]) for key in ("aic", "bic", "seconds")} == {float}
-    assert fit["bic"] - fit["aic"] == pytest.approx(7 * (math.log(401) - 2))
+    assert fit["bic"] - fit["aic"] == pytest.approx((len(TRUTH) + 1) * (math.log(401) - 2))
 
 
 def test_fit_json_parameter_schema(found):

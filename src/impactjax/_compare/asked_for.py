@@ -4,9 +4,10 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
+import equinox as eqx
 import numpy as np
 
-from impactjax._compare.oscillators import DRY_FRICTION
+from impactjax._compare.oscillators import DRY_FRICTION, with_dry_friction
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.left_out import needed, sensor_with
 from impactjax._fit.score_test import HeldParameter
@@ -35,6 +36,12 @@ def freed(experiment: Experiment, problem: Problem, found: Sequence[HeldParamete
     names = [each.name for each in found if each.name in known]
     free = tuple(dict.fromkeys([*experiment.free, *names]))
     return dataclasses.replace(experiment, sensor=sensor, free=free)
+
+
+def rubbed(experiment: Experiment) -> Experiment:
+    """The experiment with dry friction."""
+    dry = with_dry_friction(experiment.model.oscillator)
+    return eqx.tree_at(lambda each: each.model.oscillator, experiment, dry)
 
 
 def friction(before: Estimate[Problem], dry: Estimate[Problem]) -> HeldParameter:

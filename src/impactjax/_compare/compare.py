@@ -9,7 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._compare.asked_for import asked_for, freed, friction, values_before, words
+from impactjax._compare.asked_for import asked_for, freed, friction, rubbed, values_before, words
 from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.holdout import check_holdout, fitted_part, prediction
 from impactjax._compare.nested import in_stages, special_case, starts_beside
@@ -80,13 +80,10 @@ def compare_by(
     check_holdout(holdout)
     given = experiments.experiments if isinstance(experiments, Prepared) else experiments
     _check(given)
-    rubbed = experiments.rubbed if isinstance(experiments, Prepared) else {}
-    own, rubbed = (
-        {name: _without_end(one, holdout) for name, one in these.items()}
-        for these in (given, rubbed)
-    )
+    may_rub = experiments.may_rub if isinstance(experiments, Prepared) else frozenset[str]()
+    own = {name: _without_end(each, holdout) for name, each in given.items()}
     settings = _Settings(starts, optimiser, search, progress, each)
-    own, fits, said = _with_friction(own, _fits(own, settings, {}), rubbed, settings)
+    own, fits, said = _with_friction(own, _fits(own, settings, {}), may_rub, settings)
     for _ in range(_ROUNDS if fits else 0):
         best = _ranked(fits)[0]
         found = asked_for(best.estimate, own[best.name], search)
@@ -133,20 +130,20 @@ def _scored(fitted: Fitted, whole: Experiment, settings: _Settings) -> Fitted:
 def _with_friction(
     own: dict[str, Experiment],
     fits: dict[str, Fitted],
-    rubbed: Mapping[str, Experiment],
+    may_rub: frozenset[str],
     settings: _Settings,
 ) -> tuple[dict[str, Experiment], dict[str, Fitted], list[str]]:
     """Experiments with dry friction, their fits and a sentence, if the best fit asks for friction;
     otherwise those given, and none.
     """
     best = _ranked(fits)[0] if fits else None
-    if best is None or best.name not in rubbed or int(best.estimate.memory) == 0:
+    if best is None or best.name not in may_rub or int(best.estimate.memory) == 0:
         return own, fits, []
-    dry = _fits({best.name: rubbed[best.name]}, settings, fits)[best.name].estimate
+    dry = _fits({best.name: rubbed(own[best.name])}, settings, fits)[best.name].estimate
     found = friction(best.estimate, dry)
     if not (bool(dry.converged) and found.is_needed):
         return own, fits, []
-    own = {**own, **rubbed}
+    own = {name: rubbed(each) if name in may_rub else each for name, each in own.items()}
     return own, _fits(own, settings, fits), [words([found], best.estimate, dry)]
 
 

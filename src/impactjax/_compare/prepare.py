@@ -40,14 +40,14 @@ class Prepared(NamedTuple):
     - `experiments`: experiments by the name of their law.
     - `first_look`: first estimates from the recording.
     - `notes`: sentences on samples left out, a sign turned and values assumed.
-    - `rubbed`: the experiments with dry friction as well, where it is possible and not decided.
+    - `may_rub`: names of the experiments with a stop whose dry friction nobody decided.
     """
 
     name: str
     experiments: dict[str, Experiment]
     first_look: FirstLook
     notes: tuple[str, ...] = ()
-    rubbed: Mapping[str, Experiment] = {}
+    may_rub: frozenset[str] = frozenset()
 
     @property
     def experiment(self) -> Experiment:
@@ -105,7 +105,7 @@ def prepared(found: Survey) -> Prepared:
     """Experiments for the laws of a survey."""
     recording, look, setup = found.recording, found.look, found.setup
     laws = _usual_laws(recording, look) if setup.laws is None else setup.laws
-    experiments, rubbed = {}, {}
+    experiments = {}
     for name_of_law, law in _named(laws).items():
         for dry, separation in itertools.product(
             _frictions(setup, law), _possible_separations(setup, law, look)
@@ -116,11 +116,10 @@ def prepared(found: Survey) -> Prepared:
                 called += WITHOUT_PULL
             stated = setup._replace(separation=separation)
             experiments[called] = _experiment(recording, own, stated, law)
-            if law != NO_LAW and _may_rub(setup) and not dry:
-                own = look._replace(oscillator=_with_friction(look.oscillator, setup, True))
-                rubbed[called] = _experiment(recording, own, stated, law)
     notes = [*found.notes, *_separations(setup, experiments)]
-    return Prepared(found.name, experiments, look, tuple(notes), rubbed)
+    stopped = {name for name, each in experiments.items() if each.model.lower is not None}
+    may_rub = frozenset(stopped if _may_rub(setup) else ())
+    return Prepared(found.name, experiments, look, tuple(notes), may_rub)
 
 
 def _separations(setup: Setup, experiments: Mapping[str, Experiment]) -> list[str]:
@@ -169,8 +168,9 @@ def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:
 
 def _may_rub(setup: Setup) -> bool:
     """True if there may be dry friction, and the user did not decide it."""
-    oscillator = setup.oscillator
-    return setup.dry_friction is None and may_be_dry(oscillator) and not is_dry(oscillator)
+    said = DRY_FRICTION in {*setup.fixed, *setup.held, *setup.start, *setup.free}
+    undecided = setup.dry_friction is None and not said
+    return undecided and may_be_dry(setup.oscillator) and not is_dry(setup.oscillator)
 
 
 def _possible_separations(
