@@ -1,11 +1,14 @@
 """Derivatives of motions that hardly show how fast a disturbance moves, against closed forms."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
 import impactjax as ij
+from impactjax._simulate.disturbance import _rates, _rates_of_two
+from tiers import quick
 
 TIMES = np.linspace(0.0, 5.0, 11)
 
@@ -64,3 +67,17 @@ def test_derivative_by_zero_base_amplitude():
 
     slopes = jax.jit(jax.jacfwd(positions))(0.0)
     np.testing.assert_allclose(slopes, frequency * TIMES - np.sin(frequency * TIMES), atol=1e-6)
+
+
+@quick
+@pytest.mark.parametrize("seed", range(8))
+def test_rates_of_two_states_are_those_of_eigenvalues(seed):
+    """By NumPy, and by the method for any number of states, which is right to a few per cent."""
+    matrix = np.random.default_rng(seed).normal(size=(2, 2))
+    values = np.linalg.eigvals(matrix)
+    for time in (0.0, 0.7, 3.0):
+        grown = np.abs(np.exp(values * time))
+        expected = np.max(np.abs(values)), np.max(np.abs(values) * grown) / np.max(grown)
+        found = _rates_of_two(jnp.asarray(matrix), jnp.asarray(time))
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+        np.testing.assert_allclose(_rates(jnp.asarray(matrix), jnp.asarray(time)), found, rtol=0.05)
