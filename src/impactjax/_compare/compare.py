@@ -27,7 +27,7 @@ from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 
-_ROUNDS = 2  # times that parameters left out are fitted as well
+_ROUNDS = 3  # times that parameters left out are fitted as well
 _LINEARISED = 1.0  # difference of −2 log L that may come from the linearisation of scatter
 _ROUNDING = 1e-6  # relative difference of two rms that counts as rounding
 
@@ -83,18 +83,13 @@ def compare_by(
     may_rub = experiments.may_rub if isinstance(experiments, Prepared) else frozenset[str]()
     own = {name: _without_end(each, holdout) for name, each in given.items()}
     settings = _Settings(starts, optimiser, search, progress, each)
-    own, fits, said = _with_friction(own, _fits(own, settings, {}), may_rub, settings)
+    fits, said = _fits(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
-        best = _ranked(fits)[0]
-        found = asked_for(best.estimate, own[best.name], search)
-        if not found:
+        change = _freed(own, fits, may_rub, settings)
+        if change is None:
             break
-        own = {x: freed(own[x], fits[x].estimate.problem, found) for x in own}
-        more = _fits(own, settings, fits)
-        if not _is_better(_ranked(more)[0].estimate, best.estimate):
-            break
-        said.append(words(found, best.estimate, more[best.name].estimate))
-        fits = more
+        own, fits, sentence = change
+        said.append(sentence)
     if holdout > 0:
         fits = {x: _scored(fits[x], given[x], settings) for x in fits}
     ranked = Comparison("recording", tuple(_ranked(fits)), notes=tuple(said), seed=starts.seed)
@@ -127,24 +122,41 @@ def _scored(fitted: Fitted, whole: Experiment, settings: _Settings) -> Fitted:
     return fitted._replace(prediction=found)
 
 
-def _with_friction(
+class _Change(NamedTuple):
+    """Experiments with more parameters to fit, their fits, and the sentence on them."""
+
+    own: dict[str, Experiment]
+    fits: dict[str, Fitted]
+    sentence: str
+
+
+def _freed(
     own: dict[str, Experiment],
     fits: dict[str, Fitted],
     may_rub: frozenset[str],
     settings: _Settings,
-) -> tuple[dict[str, Experiment], dict[str, Fitted], list[str]]:
-    """Experiments with dry friction, their fits and a sentence, if the best fit asks for friction;
-    otherwise those given, and none.
+) -> _Change | None:
+    """What the best fit asks for: parameters that it held, or dry friction if that lowers the
+    criterion more; `None` if nothing does. Friction is tried if the residuals stay autocorrelated
+    without it.
     """
-    best = _ranked(fits)[0] if fits else None
-    if best is None or best.name not in may_rub or int(best.estimate.memory) == 0:
-        return own, fits, []
+    best, change = _ranked(fits)[0], None
+    found = asked_for(best.estimate, own[best.name], settings.search)
+    if found:
+        wider = {x: freed(own[x], fits[x].estimate.problem, found) for x in own}
+        more = _fits(wider, settings, fits)
+        if _is_better(_ranked(more)[0].estimate, best.estimate):
+            sentence = words(found, best.estimate, more[best.name].estimate)
+            change = _Change(wider, more, sentence)
+    left = best if change is None else _ranked(change.fits)[0]
+    if best.is_dry or best.name not in may_rub or int(left.estimate.memory) == 0:
+        return change
     dry = _fits({best.name: rubbed(own[best.name])}, settings, fits)[best.name].estimate
-    found = friction(best.estimate, dry)
-    if not (bool(dry.converged) and found.is_needed):
-        return own, fits, []
+    needs = friction(best.estimate, dry)
+    if not (needs.is_needed and _is_better(dry, left.estimate)):
+        return change
     own = {name: rubbed(each) if name in may_rub else each for name, each in own.items()}
-    return own, _fits(own, settings, fits), [words([found], best.estimate, dry)]
+    return _Change(own, _fits(own, settings, fits), words([needs], best.estimate, dry))
 
 
 def _ranked(fits: Mapping[str, Fitted]) -> list[Fitted]:

@@ -159,7 +159,7 @@ def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:
     """Variants to try for a law: both without and with dry friction in free flight, unless the user
     decided it.
     """
-    if DRY_FRICTION in {*setup.fixed, *setup.held, *setup.start, *setup.free}:
+    if _names_friction(setup):
         return (True,)
     if law == NO_LAW and _may_rub(setup):
         return False, True
@@ -168,9 +168,13 @@ def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:
 
 def _may_rub(setup: Setup) -> bool:
     """True if there may be dry friction, and the user did not decide it."""
-    said = DRY_FRICTION in {*setup.fixed, *setup.held, *setup.start, *setup.free}
-    undecided = setup.dry_friction is None and not said
+    undecided = setup.dry_friction is None and not _names_friction(setup)
     return undecided and may_be_dry(setup.oscillator) and not is_dry(setup.oscillator)
+
+
+def _names_friction(setup: Setup) -> bool:
+    """True if the user named dry friction as a parameter."""
+    return DRY_FRICTION in {*setup.fixed, *setup.held, *setup.start, *setup.free}
 
 
 def _possible_separations(
