@@ -24,7 +24,7 @@ capabilities: .venv/installed-for-tests
 
 # The other laws, steps and statistics, and all pages; then notebooks under the compiler's own options, as
 # a library user has them: all other tests run under those of the command and without the compiler's
-# optimiser, in a third of the time.
+# optimiser, so that a simulation compiles in a third of the time.
 rest: .venv/installed-for-tests
 	$(PYTEST) -m thorough --durations=20 tests
 	XLA_FLAGS= $(PYTEST) --nbmake --nbmake-timeout=600 notebooks

@@ -16,7 +16,7 @@ import jax  # noqa: E402  after the environment that it reads
 
 from impactjax._cli.compiler_flags import FAST, prepare  # noqa: E402
 
-# Most programs run once, so that what the compiler's optimiser takes is lost.
+# Most programs run only once: optimising them takes longer than it saves.
 os.environ.setdefault("XLA_FLAGS", f"{FAST} --xla_backend_optimization_level=0")
 prepare()
 jax.config.update("jax_numpy_dtype_promotion", "strict")

@@ -59,3 +59,14 @@ def test_gain_is_fitted_unless_stated_or_untold(angle, stated, free):
         record_ = ij.Recording(record_.ts, record_.values, ij.Displacement())
     prepared = ij.prepare(record_, laws=["restitution"], **stated)
     assert {*prepared.experiment.free} == free
+
+
+def test_forecast_counts_the_fitted_gain():
+    """The gain makes the initial angle uncertain, tens of times more than noise does."""
+    recording = record(1.0, LARGE)
+    told = ij.check(recording).forecasts
+    fitted = ij.fit(ij.prepare(recording, laws=["restitution"]).experiment)
+    assert told is not None
+    errors = {each.name: each.error for each in told.motion}
+    for name in ("omega_n", "r", "theta0"):
+        assert errors[name] == pytest.approx(fitted[name].standard_error, rel=0.3)

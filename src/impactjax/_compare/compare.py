@@ -48,8 +48,8 @@ def compare(
     A model that contains others as special cases is fitted after them; its searches also start from
     their results. If the best fit held a parameter of the sensor or of a stop that the record asks
     for (`left_out`), and its experiment does not list it in `fixed`, all models are fitted again
-    with it, and a note says so; likewise with dry friction, if the residuals of the best fit are
-    autocorrelated and dry friction lowers its criterion by 10 or more.
+    with it, and a note says so; likewise with dry friction, if residuals stay autocorrelated
+    without it and it lowers the criterion by 10 or more, and more than those parameters do.
 
     **Arguments:**
 
