@@ -136,9 +136,9 @@ def _freed(
     may_rub: frozenset[str],
     settings: _Settings,
 ) -> _Change | None:
-    """What the best fit asks for: parameters that it held, or dry friction if that lowers the
-    criterion more; `None` if nothing does. Friction is tried if the residuals stay autocorrelated
-    without it.
+    """The change that the best fit asks for: parameters that it held, or dry friction if that
+    lowers the criterion more; `None` without need. Friction is tried if the residuals stay
+    autocorrelated without it.
     """
     best, change = _ranked(fits)[0], None
     found = asked_for(best.estimate, own[best.name], settings.search)
