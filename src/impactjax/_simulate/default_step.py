@@ -11,7 +11,7 @@ from jax.core import Tracer
 from jaxtyping import Array, ArrayLike
 
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._simulate.automaton import Automaton, initial_mode, with_internal
+from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode, with_internal
 from impactjax._simulate.runge_kutta import RungeKutta
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.taylor import NotAnalytic
@@ -44,7 +44,7 @@ def _is_analytic(structure: Hashable, shapes: tuple[tuple[int, ...], ...]) -> bo
         number = jnp.zeros(())
         y = with_internal(model, number, number)
         mode, _ = initial_mode(model, number, y)
-        return TaylorStep().expand(Automaton(model), number, y, mode, number)
+        return TaylorStep().expand(Automaton(model), number, y, mode, number, jnp.int32(NO_EVENT))
 
     try:
         dtype = jnp.result_type(float)

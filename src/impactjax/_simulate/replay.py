@@ -59,7 +59,7 @@ def differentiable_path(
     del y0, t0, t1, factors
     log = record.log
     expansions = map_rows(
-        lambda row: step.expand(Automaton(model), row.t, row.y, row.mode, row.h),
+        lambda row: step.expand(Automaton(model), row.t, row.y, row.mode, row.h, row.event),
         log,
         record.passes,
         FEW_STEPS,
@@ -144,7 +144,7 @@ def _push_forward(
     happens = event != NO_EVENT
 
     def expanded(model: ImpactOscillator, t: Scalar, y: State) -> PyTree:
-        return step.expand(automaton(model), t, y, mode, jax.lax.stop_gradient(h))
+        return step.expand(automaton(model), t, y, mode, jax.lax.stop_gradient(h), event)
 
     def flowed(model: ImpactOscillator, expansion: PyTree, h: Scalar) -> State:
         return step.evaluate(automaton(model), mode, expansion, h, jnp.zeros_like(h))

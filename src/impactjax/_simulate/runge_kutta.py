@@ -13,8 +13,9 @@ from jaxtyping import Array
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import shortened
 from impactjax._simulate.flow import driven_acceleration
+from impactjax._simulate.grading import Grading, grading_of
 from impactjax._simulate.quintic import watched
-from impactjax._simulate.state import Mode, Phase, State
+from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._types import Code, Flag, Scalar
 
@@ -25,7 +26,6 @@ _SAFETY = 0.9  # safety factor of the next step
 _SHRINK, _GROW = 0.2, 10.0  # limits of the ratio of successive steps
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
-_CONFIRM = 0.7  # share of a step that begins a contact, at which it must be accurate too
 _SLOW = 1e-4  # of the largest speed: errors of a slower mass need not be smaller
 
 Value = TypeVar("Value", Scalar, list[Scalar])
@@ -36,13 +36,13 @@ class _Expansion(NamedTuple):
 
     t: Scalar
     y: State
+    grading: Grading
 
 
 class _Memory(NamedTuple):
     h: Scalar  # [s], the duration to try; zero asks for a first guess
     target: Code  # the transition being landed on, or NO_EVENT
     speed: Scalar  # the largest so far, in units of the coordinate
-    confirms: Flag  # true if a longer step from the same start was accurate
 
 
 def _dopri8() -> "diffrax.AbstractERK":
@@ -77,7 +77,7 @@ class RungeKutta(AbstractStep):
 
     def begin(self, span: Scalar) -> _Memory:
         zero = jnp.zeros_like(span)
-        return _Memory(zero, jnp.int32(NO_EVENT), zero, jnp.zeros((), bool))
+        return _Memory(zero, jnp.int32(NO_EVENT), zero)
 
     @property
     def power(self) -> int:
@@ -100,8 +100,9 @@ class RungeKutta(AbstractStep):
         guess = jnp.minimum(_first_guess(automaton, start, tolerance, order), remaining)
         h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), remaining)
         speed = jnp.maximum(memory.speed, jnp.abs(start.y.velocity))
+        grading = grading_of(automaton, start.y, start.mode, memory.target)
         end, error = _stepped(
-            self.solver, automaton, start.t, start.y, start.mode, h, _SLOW * speed
+            self.solver, automaton, start.t, start.y, start.mode, h, _SLOW * speed, grading
         )
         ratio = error / (_LOCAL * tolerance)
         ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # overflow: the step is much too long
@@ -117,11 +118,6 @@ class RungeKutta(AbstractStep):
         at_once = found & ~unclear & (start.t + fraction * h == start.t)
         beyond = found & (fraction > 1) & (h >= remaining)
         plain = accurate & ~unclear & ((event == NO_EVENT) | (beyond & ~landed))
-        # At a surface where δᵖ is not smooth, errors of two powers may cancel in the estimate, but
-        # only near one length.
-        touches = (start.arrival != NO_EVENT) & (start.mode.phase == Phase.CONTACT)
-        unconfirmed = plain & touches & ~memory.confirms
-        plain = plain & ~unconfirmed
 
         correction = jnp.where(landed, (fraction - 1) * h, 0.0)
         rate = automaton.flow(start.t + h, end, start.mode)
@@ -133,7 +129,6 @@ class RungeKutta(AbstractStep):
         accepted = plain | ends_on_event
         end = jax.tree.map(lambda y0, y1: jnp.where(accepted, y1, y0), start.y, end)
         retry = jnp.where(found, fraction * h, h * factor)
-        retry = jnp.where(unconfirmed, _CONFIRM * h, retry)
         retry = jnp.where(accurate & unclear, shortened(h, fraction, start.t), retry)
         following = jnp.where(ends_on_event, 0.0, jnp.where(plain, h * factor, retry))
         target = jnp.where(found & ~unclear & ~ends_on_event & ~plain, event, NO_EVENT)
@@ -142,20 +137,21 @@ class RungeKutta(AbstractStep):
             taken,
             end,
             jnp.where(ends_on_event, event, NO_EVENT).astype(jnp.int32),
-            _Memory(following, target.astype(jnp.int32), speed, unconfirmed),
+            _Memory(following, target.astype(jnp.int32), speed),
         )
 
     def expand(
-        self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
+        self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar, event: Code
     ) -> _Expansion:
-        del automaton, mode, h
-        return _Expansion(t, y)
+        del h
+        return _Expansion(t, y, grading_of(automaton, y, mode, event))
 
     def evaluate(
         self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar, delay: Scalar
     ) -> State:
-        t, y = expansion
-        return _stepped(self.solver, automaton, t, y, mode, s - delay, jnp.zeros_like(s))[0]
+        t, y, grading = expansion
+        slowest = jnp.zeros_like(s)
+        return _stepped(self.solver, automaton, t, y, mode, s - delay, slowest, grading)[0]
 
 
 @jax.jit(static_argnums=0)  # so that it is traced once, for attempts, samples and derivatives alike
@@ -167,6 +163,7 @@ def _stepped(
     mode: Mode,
     h: Scalar,
     slowest: Scalar,
+    grading: Grading,
 ) -> tuple[State, Scalar]:
     """The state after `h`, and its error relative to the motion of the step, whose speed counts as
     at least `slowest`.
@@ -184,16 +181,18 @@ def _stepped(
         return [*jax.tree.leaves(automaton.flow(t, state, mode)), drive]
 
     tableau = cast("diffrax.ButcherTableau", solver.tableau)
-    stages = [rates(t, leaves)]
-    for c, row in zip(tableau.c, tableau.a_lower, strict=True):
-        stages.append(rates(t + float(c) * h, _advanced(leaves, h, row, stages)))
+    first = rates(t, leaves)
+    stages = [grading.stage(0.0, first)]
+    for c, row in zip(map(float, tableau.c), tableau.a_lower, strict=True):
+        moved = _advanced(leaves, h, row, stages)
+        stages.append(grading.stage(c, rates(t + grading.share(c) * h, moved)))
     end = _advanced(leaves, h, tableau.b_sol, stages)
     still = [jnp.zeros_like(leaf) for leaf in leaves]
     errors = _advanced(still, h, tableau.b_error, stages)
     least = [still[0], slowest, *still[2:-1], slowest]  # of position, velocity, and so on
     scales = [
         jnp.maximum(jnp.maximum(jnp.abs(y0), jnp.abs(y1)), jnp.maximum(jnp.abs(h * dy), floor))
-        for y0, y1, dy, floor in zip(leaves, end, stages[0], least, strict=True)
+        for y0, y1, dy, floor in zip(leaves, end, first, least, strict=True)
     ]
     tiny = jnp.finfo(h.dtype).tiny
     relative = [jnp.abs(e) / (scale + tiny) for e, scale in zip(errors, scales, strict=True)]

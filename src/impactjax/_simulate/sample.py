@@ -53,10 +53,10 @@ def sample(
 
     def states(pair: tuple[Array, Array]) -> State:
         row, block = pair
-        start = (path.t, path.y, log.mode, log.h)
-        t, y, mode, h = jax.tree.map(lambda column: column[row], start)
+        start = (path.t, path.y, log.mode, log.h, log.event)
+        t, y, mode, h, event = jax.tree.map(lambda column: column[row], start)
         if few:
-            expansion = step.expand(automaton, t, y, mode, h)
+            expansion = step.expand(automaton, t, y, mode, h, event)
         else:
             expansion = jax.tree.map(lambda column: column[row], path.expansion)
         begin = jax.lax.stop_gradient(t)

@@ -61,8 +61,12 @@ class AbstractStep(eqx.Module):
         """One attempt, at most `remaining` [s] long; a step that is not accepted is tried again."""
 
     @abc.abstractmethod
-    def expand(self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar) -> PyTree:
-        """Data of a step of duration `h` for `evaluate`, computed once for all its samples."""
+    def expand(
+        self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar, event: Code
+    ) -> PyTree:
+        """Data for `evaluate` of a step of duration `h` that ends on `event`, or on none; computed
+        once for all its samples.
+        """
 
     @abc.abstractmethod
     def evaluate(

@@ -97,8 +97,9 @@ class TaylorStep(AbstractStep):
         return Outcome(~unclear, h, end, event, after)
 
     def expand(
-        self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar
+        self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar, event: Code
     ) -> _Expansion:
+        del event
         return _expanded(self.order, automaton, t, y, mode, h)
 
     def evaluate(

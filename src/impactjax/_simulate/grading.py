@@ -1,0 +1,44 @@
+"""Stages of a Runge-Kutta step, denser towards the surface of a compliant stop."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from impactjax._simulate.automaton import NO_EVENT, Automaton
+from impactjax._simulate.flow import walls
+from impactjax._simulate.state import Mode, Phase, State
+from impactjax._types import Code, Scalar
+
+
+class Grading(NamedTuple):
+    """Flags, as numbers, of a step that begins or ends at the surface of a compliant stop.
+
+    The force grows with a broken power of the time there. With the time t + h σ² at the stage σ,
+    or t + h (1 − (1 − σ)²), δ^{3/2} is smooth in σ, and infinite slopes have the weight zero.
+    """
+
+    begins: Scalar
+    ends: Scalar
+
+    def stage(self, sigma: float, rates: list[Array]) -> list[Array]:
+        """The derivatives by σ, over h, from those by time."""
+        early, late = 2 * sigma, 2 * (1 - sigma)
+        weight = jnp.where(self.begins > 0, early, jnp.where(self.ends > 0, late, 1.0))
+        return [jnp.where(weight > 0, weight * rate, 0.0) for rate in rates]
+
+    def share(self, sigma: float) -> Scalar:
+        """The share of the step's duration that has passed at the stage σ."""
+        early, late = sigma**2, sigma * (2 - sigma)
+        return jnp.where(self.begins > 0, early, jnp.where(self.ends > 0, late, sigma))
+
+
+def grading_of(automaton: Automaton, y: State, mode: Mode, event: Code) -> Grading:
+    """The grading of a step from `y` that is to end on `event`."""
+    contact = mode.phase == Phase.CONTACT
+    touches = jnp.zeros((), bool)
+    for wall in walls(automaton.model):
+        touches = touches | (contact & (mode.stop == wall.index) & (y.position == wall.place()))
+    flags = touches, contact & (event != NO_EVENT)
+    return Grading(*(jax.lax.stop_gradient(flag.astype(y.position.dtype)) for flag in flags))
