@@ -45,7 +45,13 @@ class ImpactOscillator(eqx.Module):
 
     def requirements(self) -> list[Requirement]:
         """Conditions on the parameters of all parts."""
-        own = [each for part in self.parts().values() for each in range_requirements(part)]
+        own = []
+        for name, part in self.parts().items():
+            if name not in ("lower.law", "upper.law"):
+                own += range_requirements(part)
+        for stop in (self.lower, self.upper):
+            if stop is not None:
+                own += stop.law.requirements()
         if self.lower is not None and self.upper is not None:
             apart = self.lower.gap + self.upper.gap > 0
             own.append(Requirement(apart, "The lower stop must be below the upper one"))

@@ -6,7 +6,7 @@ import equinox as eqx
 from jaxtyping import Array, Float, PyTree
 
 from impactjax._model.separation import AbstractSeparation
-from impactjax._parameter import raise_if_violated, range_requirements
+from impactjax._parameter import Requirement, raise_if_violated, range_requirements
 from impactjax._shown import with_numbers
 from impactjax._types import Force, Length, Mass, Ratio, Speed
 
@@ -20,8 +20,12 @@ class AbstractLaw(eqx.Module):
     def is_rigid(self) -> bool:
         """True if the contact takes no time."""
 
+    def requirements(self) -> list[Requirement]:
+        """Conditions on the parameters."""
+        return range_requirements(self)
+
     def __check_init__(self) -> None:
-        raise_if_violated(self, range_requirements(self))
+        raise_if_violated(self, self.requirements())
 
     __repr__ = with_numbers
 

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._parameter import Requirement, as_parameter, raise_if_violated
+from impactjax._parameter import Requirement, as_parameter
 from impactjax._types import Ratio, Speed
 
 _LEAST_SHARE = 1e-3  # the derivative by a weight vanishes with its share
@@ -62,6 +62,18 @@ class LearnedRestitution(AbstractImpactLaw):
         shares = jax.nn.softmax(self.weights)
         return 1 - shares[0] - _rises(self.speeds, speed) @ shares[1:-1]
 
+    def requirements(self) -> list[Requirement]:
+        """Conditions on the nodes and weights."""
+        ordered = (jnp.diff(self.speeds) > 0) & (self.speeds[..., :-1] >= 0)
+        finite = jnp.isfinite(self.speeds)
+        sentence = "Argument `speeds` must be finite, not negative, and increase strictly"
+        known = jnp.isfinite(self.weights)
+        return [
+            Requirement(jnp.all(ordered, axis=-1), sentence),
+            Requirement(jnp.all(finite, axis=-1), sentence),
+            Requirement(jnp.all(known, axis=-1), "Argument `weights` must be finite"),
+        ]
+
     def __check_init__(self) -> None:
         count = self.speeds.shape[-1] if self.speeds.ndim else 0
         if count < 2:
@@ -71,12 +83,6 @@ class LearnedRestitution(AbstractImpactLaw):
                 f"LearnedRestitution: Argument `weights` must hold two more weights than the "
                 f"{count} speeds, but its shape is {self.weights.shape}."
             )
-        ordered = (jnp.diff(self.speeds) > 0) & (self.speeds[..., :-1] >= 0)
-        finite = jnp.isfinite(self.speeds)
-        sentence = "Argument `speeds` must be finite, not negative, and increase strictly"
-        known = Requirement(jnp.isfinite(self.weights), "Argument `weights` must be finite")
-        requirements = [Requirement(ordered, sentence), Requirement(finite, sentence), known]
-        raise_if_violated(self, requirements)
 
 
 def _rises(speeds: Shares, speed: Speed) -> Float[Array, "... speeds"]:

@@ -9,8 +9,8 @@ import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
-from impactjax._model.base_motion import HarmonicMotion
 from impactjax._simulate.automaton import Automaton
+from impactjax._simulate.driving import bases, driving_rate, is_driven
 from impactjax._simulate.step import AbstractStep, Point
 from impactjax._simulate.varying import alike
 from impactjax._types import Scalar
@@ -26,17 +26,25 @@ def longest_step(
 
     With the flow's Jacobian A, a disturbance at the begin of the phase, `begun`, has become e^(Aτ)
     times it. The error of a step is (A h)ⁿ e^(Aτ), beside which the disturbance itself is e^(Aτ):
-    what fades faster than the rest asks for stability only, as if the tolerance were 1. The base
-    counts however small its amplitude, by which there may be a derivative.
+    what fades faster than the rest asks for stability only, as if the tolerance were 1. A driving
+    force counts however small its amplitude, by which there may be a derivative.
     """
     jacobian, age = _jacobian(automaton, start), (start.t - begun) / step.power
     rates = _rates_of_two if len(jacobian) == 2 else _rates
     fastest, lasting = rates(jacobian, age)
-    for base in _bases(automaton):
-        lasting = jnp.maximum(lasting, jnp.abs(base.frequency))
+    lasting = jnp.maximum(lasting, _drive(automaton, start))
     accurate = _over(step.reach(tolerance), lasting)
     stable = _over(step.reach(jnp.ones_like(tolerance)), fastest)
     return jnp.minimum(accurate, stable)
+
+
+def _drive(automaton: Automaton, start: Point) -> Scalar:
+    """The rate of the driving force [rad/s]; zero without one."""
+    model, rate = automaton.model, jnp.zeros_like(start.t)
+    for base in bases(model):
+        rate = jnp.maximum(rate, jnp.abs(base.frequency))
+    own = is_driven(model) and not bases(model)
+    return driving_rate(model, start.t, start.y) if own else rate
 
 
 def _jacobian(automaton: Automaton, start: Point) -> Float[Array, "n n"]:
@@ -94,11 +102,3 @@ def _large_power(matrix: Float[Array, "n n"]) -> tuple[Float[Array, "n n"], Scal
 def _over(number: Scalar, rate: Scalar) -> Scalar:
     """A time, which may be infinite."""
     return jnp.where(rate > 0, number / jnp.where(rate > 0, rate, 1.0), jnp.inf)
-
-
-def _bases(automaton: Automaton) -> list[HarmonicMotion]:
-    def is_base(part: object) -> bool:
-        return isinstance(part, HarmonicMotion)
-
-    parts = jax.tree.leaves(automaton.model, is_leaf=is_base)
-    return [part for part in parts if is_base(part)]

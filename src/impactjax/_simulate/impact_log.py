@@ -15,7 +15,7 @@ from impactjax._simulate.extremes import extremes
 from impactjax._simulate.lane import Log, Record, factors_of
 from impactjax._simulate.magnification import magnification
 from impactjax._simulate.replay import Path
-from impactjax._simulate.rigid_stop import RigidStop
+from impactjax._simulate.rigid_stop import RigidStop, impact_speed
 from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Factors, Scalar
@@ -61,6 +61,7 @@ class _Ends(NamedTuple):
 
     begins: Bool[Array, " steps"]
     separates: Bool[Array, " steps"]
+    leaves: Bool[Array, " steps"]  # the stop, where a factor acts
     stop: Int[Array, " steps"]
     approach_speed: Float[Array, " steps"]
     separation_speed: Float[Array, " steps"]
@@ -100,7 +101,9 @@ def impacts_of(
     approach = gather(lever * ends.approach_speed, opened)
     separation = gather(lever * ends.separation_speed, closed)
     if factors is not None:
-        separation = separation * factors_of(factors, jnp.arange(max_impacts))
+        scales = gather(ends.leaves.astype(jnp.int32), closed) > 0
+        own = factors_of(factors, jnp.arange(max_impacts))
+        separation = separation * jnp.where(scales, own, 1.0)
     moving = complete & (approach > 0)
     deepest, peak, turn, end = extremes(step, model, path, record, number, max_impacts)
     log = ImpactLog(
@@ -126,27 +129,29 @@ def _read(model: ImpactOscillator, path: Path, log: Log) -> _Ends:
     flies = log.taken & (log.mode.phase == Phase.FLIGHT)
     touches = log.taken & (log.mode.phase == Phase.CONTACT)
     detached = log.taken & (log.mode.phase == Phase.DETACHED)
-    begins = separates = jnp.zeros((), bool)
+    begins = separates = leaves = jnp.zeros((), bool)
     stop = jnp.int32(0)
     approach = separation = jnp.zeros_like(path.t)
-    lever = model.oscillator.lever()
     for index, each in enumerate(Automaton(model).transitions):
         here = log.event == index
         if isinstance(each, RigidStop):
-            own_begin = own_separate = here & flies
+            own_begin = own_separate = own_leave = here & flies
         elif isinstance(each, Surface):
-            own_begin, own_separate = here & flies, here & touches
+            own_begin = here & flies
+            own_separate = own_leave = here & touches
         elif isinstance(each, PullFree):
-            resumes = ~each.leaves(path.t + path.h, path.end)
-            own_begin, own_separate = here & detached & resumes, here & touches
+            passes = each.leaves(path.t + path.h, path.end)
+            own_begin, own_separate = here & detached & ~passes, here & touches
+            own_leave = own_separate & passes
         else:
             continue
         inwards = -each.wall.sign * path.end.velocity
         away = -inwards
         if isinstance(each, RigidStop):
-            away = each.law.restitution(lever * jnp.maximum(inwards, 0)) * inwards
+            away = each.law.restitution(impact_speed(model, inwards)) * inwards
         stop = jnp.where(own_begin, each.wall.index, stop).astype(jnp.int32)
         approach = jnp.where(own_begin, jnp.maximum(inwards, 0), approach)
         separation = jnp.where(own_separate, away, separation)
         begins, separates = begins | own_begin, separates | own_separate
-    return _Ends(begins, separates, stop, approach, separation)
+        leaves = leaves | own_leave
+    return _Ends(begins, separates, leaves, stop, approach, separation)

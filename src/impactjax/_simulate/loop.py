@@ -18,7 +18,6 @@ from impactjax._simulate.chatter import Chatter, Scale
 from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.diagnosis import admitted, concluded, diagnose, motion
 from impactjax._simulate.disturbance import longest_step
-from impactjax._simulate.interval import Interval
 from impactjax._simulate.lane import Lane, Log, Record, Run, factors_of
 from impactjax._simulate.settling import is_settled
 from impactjax._simulate.state import Phase
@@ -181,7 +180,7 @@ def _settled_or_not(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
         t + outcome.h,
         outcome.y,
         mode,
-        Interval(run.t0, run.t1),
+        run.t0,
         run.tolerance,
         lane.motion,
         lane.speed,

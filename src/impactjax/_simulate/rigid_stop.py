@@ -13,6 +13,14 @@ from impactjax._simulate.transition import AbstractTransition, Context, Jump
 from impactjax._types import Flag, Scalar
 
 
+def impact_speed(model: ImpactOscillator, approach: Scalar) -> Scalar:
+    """Speed of an impact [m/s]; 1 m/s where the mass does not approach, since at 0 the slope of a
+    restitution may be infinite.
+    """
+    meets = approach > 0
+    return model.oscillator.lever() * jnp.where(meets, approach, 1.0)
+
+
 class RigidStop(AbstractTransition):
     """In flight, an impact at zero clearance; at rest, release when the push vanishes.
 
@@ -35,11 +43,11 @@ class RigidStop(AbstractTransition):
     ) -> Jump:
         flies = mode.phase == Phase.FLIGHT
         approach = -self.wall.sign * y.velocity
-        r = self.law.restitution(model.oscillator.lever() * jnp.maximum(approach, 0))
+        r = self.law.restitution(impact_speed(model, approach))
         velocity = jnp.where(flies, -r * y.velocity, jnp.zeros_like(r))
         place = jnp.broadcast_to(self.wall.place(), jnp.shape(velocity))
         after = State(place, velocity, y.internal)
-        in_range = ~flies | ~((r < 0) | (r > 1))
+        in_range = ~flies | (approach <= 0) | ~((r < 0) | (r > 1))
         return Jump(after, self._next_mode(model, t, after, mode, context), in_range)
 
     def begins_impact(self, t: Scalar, y: State, mode: Mode) -> Flag:

@@ -2,6 +2,7 @@
 
 from typing import ClassVar
 
+import jax
 import jax.numpy as jnp
 
 from impactjax._model.impact_oscillator import ImpactOscillator
@@ -39,4 +40,21 @@ class Sliding(AbstractTransition):
         drive = driven_acceleration(model, t, y, mode)
         slipping = mode.friction == 0
         held = ~slipping & (jnp.abs(drive) <= holding_resistance(model, drive))
-        return jnp.where(held, 0, jnp.sign(drive)).astype(jnp.int32)
+        return jnp.where(held, 0, _first_sign(model, t, y, mode)).astype(jnp.int32)
+
+
+def _first_sign(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
+    """Sign of the drive just after `t`: that of its first derivative that is not zero.
+
+    A mass without dry friction stands still where its drive is zero, and leaves as this changes.
+    """
+
+    def drive(t: Scalar) -> Scalar:
+        return driven_acceleration(model, t, y, mode)
+
+    def rate(t: Scalar) -> Scalar:
+        return jax.jvp(drive, (t,), (jnp.ones_like(t),))[1]
+
+    value, slope = drive(t), rate(t)
+    _, bend = jax.jvp(rate, (t,), (jnp.ones_like(t),))
+    return jnp.sign(jnp.where(value != 0, value, jnp.where(slope != 0, slope, bend)))
