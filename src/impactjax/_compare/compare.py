@@ -16,13 +16,14 @@ from impactjax._compare.nested import in_stages, special_case, starts_beside
 from impactjax._compare.prepare import Prepared
 from impactjax._compare.ranking import best_first
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.fit import best_from, check_no_priors, check_search, scattered
+from impactjax._fit.fit import best_from, check_search, scattered
 from impactjax._fit.profile import profiled_by
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
+from impactjax._problem.checks import check_no_priors
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind

@@ -241,10 +241,12 @@ def _between(quoted: str) -> str:
 
 
 def _resting(estimate: Estimate) -> dict[str, Rest]:
-    """The assumptions behind each value, by name; empty for several recordings."""
-    problem = estimate.problem
-    if not isinstance(problem, Problem):
-        return {}
-    system = problem.system_with(jnp.asarray(estimate.values))
-    assumed = assumptions(system, problem.names, ())
-    return rests(system, problem.recording, problem.names, assumed)
+    """The assumptions behind each value, by name."""
+    found: dict[str, Rest] = {}
+    for problem, places in estimate.problem.each_recording():
+        system = problem.system_with(jnp.asarray(estimate.values)[jnp.array(places)])
+        assumed = assumptions(system, problem.names, ())
+        own = rests(system, problem.recording, problem.names, assumed)
+        joint = {name: estimate.names[i] for name, i in zip(problem.names, places, strict=True)}
+        found |= {joint[name]: rest for name, rest in own.items()}
+    return found

@@ -12,6 +12,7 @@ from impactjax._fit.uncertainty import summarise
 from impactjax._known import AnyArray, is_known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
+from impactjax._problem.checks import check_no_priors
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
@@ -41,15 +42,6 @@ def fit(
     check_kind("experiment", experiment, Experiment, "Experiment(model, recording, initial)")
     check_no_priors(experiment)
     return solve(build_problem(experiment), starts, optimiser)
-
-
-def check_no_priors(experiment: Experiment) -> None:
-    """Raises `ValueError` for an experiment with prior knowledge."""
-    if experiment.priors:
-        raise ValueError(
-            "Prior knowledge is weighed against the noise of a recording: fit an experiment that "
-            "has `priors` by `fit_together([experiment])`."
-        )
 
 
 def check_search(starts: Starts, optimiser: LevenbergMarquardt) -> None:

@@ -13,7 +13,7 @@ from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, pl
 from impactjax._optimise.gradient_descent import History, begin, step
 from impactjax._problem.abstract_problem import Answer, around
 from impactjax._problem.build_problem import pose
-from impactjax._problem.checks import check_declared
+from impactjax._problem.checks import check_declared, check_no_priors
 from impactjax._problem.experiment import Experiment
 from impactjax._refusal import check_kind
 from impactjax._types import Flag, Scalar
@@ -69,14 +69,17 @@ def learn(
     - `rounds`: most rounds; the search ends earlier when it has converged.
     - `progress`: function called with a line of text after every round.
 
-    **Raises** `ValueError` for what `fit` refuses, for a `where` that picks a parameter with a
-    name, and for `steps` or `rounds` below one. A search that does not converge says so in what it
-    returns.
+    **Raises** `ValueError` for what `fit` refuses, for an experiment with scatter, for a `where`
+    that picks a parameter with a name, and for `steps` or `rounds` below one. A search that does
+    not converge says so in what it returns.
     """
     for name, count in (("steps", steps), ("rounds", rounds)):
         if count < 1:
             raise ValueError(f"Argument `{name}` must be at least 1, but it is {count}.")
     check_kind("experiment", experiment, Experiment, "Experiment(model, recording, initial)")
+    check_no_priors(experiment)
+    if experiment.scatter is not None and experiment.scatter.scatters:
+        raise ValueError("`learn` finds a law without scatter: leave out `scatter`.")
     problem = pose(experiment)
     task = Task(problem, places(problem.system, where))
     check_declared(problem.system, task.places)

@@ -51,9 +51,10 @@ def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
 
     - `estimate`: estimate of a single fit.
 
-    **Raises** `ValueError` for an estimate under `jit`, of many fits or of several recordings, and
-    for one that did not converge.
+    **Raises** `ValueError` for an estimate under `jit`, of many fits or of several recordings, for
+    one with scatter from impact to impact, and for one that did not converge.
     """
+    _check_no_scatter(estimate)
     candidates = _candidates(estimate, Search().evaluate)
     tests = _tests(estimate, linearised(estimate), candidates)
     return tuple(sorted((held for held, _ in tests), key=lambda held: -held.gain))
@@ -79,6 +80,7 @@ def with_left_out(
 
     **Raises** `ValueError` as `left_out` does.
     """
+    _check_no_scatter(estimate)
     for _ in range(_ROUNDS):
         found = needed(estimate, fixed)
         if not found:
@@ -89,6 +91,14 @@ def with_left_out(
             return estimate
         estimate = more
     return estimate
+
+
+def _check_no_scatter(estimate: Estimate[Problem]) -> None:
+    if estimate.scatter is not None:
+        raise ValueError(
+            "Of an estimate with scatter from impact to impact it is not tested what was left out: "
+            "fit the experiment with `scatter=NoScatter()` first."
+        )
 
 
 def needed(

@@ -22,7 +22,7 @@ and G. C. Tiao (1973), "Bayesian inference in statistical analysis", chapter 5, 
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from impactjax._fit.quantiles import bisected, chi_squared_above, student
 from impactjax._known import AnyArray, namespace
@@ -35,7 +35,9 @@ PerRatio = Float[AnyArray, " ratios"]
 
 _RATIOS = 48  # points of the grid
 _BEYOND = 1e4  # factor by which the grid extends beyond the ratios that matter
-_LOST = 1e-12  # relative singular value that counts as zero
+_LOST = 1e-12  # relative singular value of random effects that counts as zero
+_UNTOLD = 1e-9  # that of a direction of the parameters without information
+_ABSENT = 1e-8  # squared component of a parameter in a direction that counts as none
 _UNLIKELY = 1e-9  # relative weight of a ratio that does not matter
 _FARTHEST = 13.0  # more than the 97.5 % quantile of Student's t with one degree of freedom
 
@@ -62,6 +64,7 @@ class MixedModel(NamedTuple):
     - `squares`: sum of squares, of which σ² = squares/freedom is an estimate.
     - `freedom`: degrees of freedom.
     - `least`: λ below which the random effects are lost in the noise.
+    - `told`: mask of the parameters without a component in a direction that changes no observation.
     """
 
     ratios: PerRatio
@@ -72,6 +75,7 @@ class MixedModel(NamedTuple):
     squares: PerRatio
     freedom: Number
     least: Number
+    told: Bool[AnyArray, " parameters"]
 
     @property
     def value(self) -> Float[AnyArray, " parameters"]:
@@ -136,6 +140,7 @@ class _Projected(NamedTuple):
     directions: Float[AnyArray, "effects effects"]  # their directions among the random effects
     parts: Float[AnyArray, " effects"]  # the observations along them
     rest: Number  # sum of squares of the observations in no such direction
+    told: Bool[AnyArray, " parameters"]  # parameters without a component in a lost direction
 
 
 def mixed_model(
@@ -181,6 +186,7 @@ def mixed_model(
         squares,
         left,
         1 / strongest,
+        part.told,
     )
 
 
@@ -216,7 +222,8 @@ def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Proje
     norms = xp.linalg.norm(jacobian, axis=0)
     norms = xp.where(norms > 0, norms, 1.0)
     basis, lengths, directions = xp.linalg.svd(jacobian / norms, full_matrices=False)
-    felt = lengths > _LOST * xp.max(lengths)
+    felt = lengths > _UNTOLD * xp.max(lengths)
+    lost = xp.sum(xp.where(felt[:, None], 0.0, directions) ** 2, axis=0)
     inverse = directions.T * xp.where(felt, 1 / xp.where(felt, lengths, 1.0), 0.0) / norms[:, None]
     basis = xp.where(felt, basis, 0.0)
 
@@ -224,10 +231,11 @@ def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Proje
         once = columns - basis @ (basis.T @ columns)
         return once - basis @ (basis.T @ once)  # twice, against rounding
 
-    axes, lengths, directions = xp.linalg.svd(beside(effects), full_matrices=False)
+    axes, lengths, effect_axes = xp.linalg.svd(beside(effects), full_matrices=False)
     felt = lengths > _LOST * xp.max(lengths)
     lengths, axes = xp.where(felt, lengths, 0.0), xp.where(felt, axes, 0.0)
     left = beside(observed)
     parts = axes.T @ left
     rest = xp.sum((left - axes @ parts) ** 2)
-    return _Projected(basis, inverse, lengths, directions.T, parts, rest)
+    told = (lost <= _ABSENT) & xp.any(jacobian != 0, axis=0)
+    return _Projected(basis, inverse, lengths, effect_axes.T, parts, rest, told)

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Float
+import numpy as np
+from jaxtyping import Bool, Float
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.mixed_model import (
@@ -34,6 +35,7 @@ from impactjax._problem.problem import Problem
 from impactjax._simulate.impact_log import ImpactLog
 
 _ROUNDS = 4  # linearisations
+_SHARES = (1.0, 0.5, 0.1, 0.01)  # of a linearisation, tried in turn
 _SETTLED = 0.1  # move of a value by the last linearisation, relative to its error
 _ROUNDING = 1e-8  # move that a simulation cannot resolve, relative to the value
 _CERTAIN = 1e8  # degrees of freedom that stand for a known variance
@@ -58,7 +60,8 @@ def with_scatter(
     """The estimate with scatter from impact to impact, from one without.
 
     Works under `jit` and `vmap`. It has converged if the one without scatter had, and if the last
-    linearisation moves no value by more than a tenth of its error, or by more than rounding.
+    linearisation moves no value by more than a tenth of its error, or by more than rounding. A
+    linearisation that leads to a motion that does not exist is followed part of the way.
     """
     own = estimate.problem
     problem = own.padded() if is_known(own) else own
@@ -79,11 +82,21 @@ def with_scatter(
     point = around(values, logs)
     for _ in range(_ROUNDS):
         solution = _solved(problem, point, logs)
-        values, logs = _within(problem, values + solution.value), solution.effect
-        point = around(values, logs)
+        for share in _SHARES[:1] if traced else _SHARES:
+            moved = _within(problem, values + share * solution.value)
+            effects = logs + share * (solution.effect - logs)
+            there = around(moved, effects)
+            if traced or _exists(there):
+                values, logs, point = moved, effects, there
+                break
     found = _found(problem, values, logs, point, own.valid.shape[-1])
     longer = dataclasses.replace(estimate, problem=problem, scatter=None)
     return _estimate(longer, problem, *jax.tree.map(jnp.asarray, (found, point))).of(own)
+
+
+def _exists(point: _Around) -> bool:
+    numbers = point.residuals, point.jacobian, point.effects
+    return all(bool(np.all(np.isfinite(np.asarray(each)))) for each in numbers)
 
 
 def _impacts(problem: Problem, estimate: Estimate[Problem]) -> int:
@@ -162,6 +175,7 @@ class _Found(NamedTuple):
     scatter: Scatter
     likelihood: AnyArray
     settled: AnyArray
+    told: Bool[AnyArray, " parameters"]
 
 
 def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows: int) -> _Found:
@@ -177,14 +191,25 @@ def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows
         None if variance is None else known(variance),
     )
     low, high = (values + solution.quantile(level) for level in (0.025, 0.975))
+    unbounded = namespace(values).where(solution.told, 0.0, np.inf)
+    low, high = low - unbounded, high + unbounded
     middle, least, most = (solution.size(level) for level in (0.5, 0.025, 0.975))
     jacobian = whitened(point.jacobian, point.effects, solution.ratio)[:rows]
     scatter = Scatter(middle, least, most, solution.effect, jacobian)
     xp, covariance = namespace(observed), solution.covariance
     left = xp.abs(_within(problem, values + solution.value) - values)
     enough = _SETTLED * xp.sqrt(xp.diagonal(covariance)) + _ROUNDING * xp.abs(values)
-    settled = xp.all(left <= enough)
-    return _Found(values, low, high, covariance, solution.freedom, scatter, likelihood, settled)
+    told = solution.told
+    settled = xp.all((left <= enough) | ~told)
+    return _Found(
+        values, low, high, covariance, solution.freedom, scatter, likelihood, settled, told
+    )
+
+
+def _ratio(errors: Vector, before: Vector) -> Vector:
+    """Ratio of errors; 1 where one of them is infinite."""
+    both = jnp.isfinite(errors) & jnp.isfinite(before) & (before > 0)
+    return jnp.where(both, errors / jnp.where(both, before, 1.0), 1.0)
 
 
 @eqx.filter_jit
@@ -199,24 +224,21 @@ def _estimate(
     usable = converged & (missed == 0)
     lasting = problem.noise.lasts(residuals, n)
     interval = within_ranges(problem, found.low, found.high)
-    informative = jnp.any(point.jacobian != 0, axis=0)
-    infinite = jnp.diag(jnp.where(informative, 0.0, jnp.inf))
+    infinite = jnp.diag(jnp.where(found.told, 0.0, jnp.inf))
     errors = jnp.sqrt(jnp.diagonal(found.covariance + infinite))
     parameters = p + 1 + problem.sizes_found
     return dataclasses.replace(
         estimate,
         values=found.values,
         standard_errors=errors,
-        inflation=estimate.inflation * errors / estimate.standard_errors,
+        inflation=estimate.inflation * _ratio(errors, estimate.standard_errors),
         freedom=found.freedom,
         memory=problem.noise.order(residuals, n),
         low=interval.low,
         high=interval.high,
         covariance=found.covariance + infinite,
         lasting=lasting,
-        verdicts=verdicts(
-            interval.below & usable & informative, interval.above & usable & informative, lasting
-        ),
+        verdicts=verdicts(interval.below & usable, interval.above & usable, lasting),
         residuals=residuals,
         jacobian=point.jacobian,
         impacts=point.impacts,

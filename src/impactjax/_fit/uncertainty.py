@@ -21,6 +21,7 @@ from impactjax._problem.abstract_problem import AbstractProblem, Answer
 from impactjax._types import Scalar
 
 _LOST = 1e-6  # squared length of a direction that counts as lost to rounding
+_ABSENT = 1e-8  # squared component of a parameter in a direction that counts as none
 _NORMAL = float(special.ndtri(0.975))
 
 
@@ -28,8 +29,8 @@ _NORMAL = float(special.ndtri(0.975))
 def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estimate[P]:
     """The estimate at a minimum, with errors in linear approximation.
 
-    - covariance: B cov(Bᵀ Jᵀ e) Bᵀ with H⁻¹ = B Bᵀ; infinite for a parameter that the data do not
-      contain
+    - covariance: B cov(Bᵀ Jᵀ e) Bᵀ with H⁻¹ = B Bᵀ; infinite for a parameter that may change, with
+      others or alone, without a change of the residuals
     - interval: value ± t · error, with the 97.5 % quantile t of Student's distribution, cut off at
       the range
     - log-likelihood: −(n log(2π s²) + S/s²)/2 with s² = S/n, or the known variance
@@ -45,12 +46,12 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     known = problem.variance()
     variance = squares / (n - p) if known is None else known
     stiffness = loss.stiffness(residuals)[:, None]
-    half, informative = _half_inverse(jacobian.T @ (stiffness * jacobian))
+    half, told = _half_inverse(jacobian.T @ (stiffness * jacobian))
     if problem.is_classical():
         spread, freedom = variance * jnp.eye(p, dtype=values.dtype), jnp.full_like(n, jnp.inf)
     else:
         spread, freedom = _spread(problem, residuals, n, jacobian @ half)
-    infinite = jnp.diag(jnp.where(informative, 0.0, jnp.inf))
+    infinite = jnp.diag(jnp.where(told, 0.0, jnp.inf))
     covariance = half @ spread @ half.T + infinite
     plain = variance * jnp.sum(half**2, axis=1)
     errors = jnp.sqrt(jnp.diagonal(covariance))
@@ -72,7 +73,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         low=interval.low,
         high=interval.high,
         covariance=covariance,
-        inflation=jnp.where(plain > 0, errors / jnp.sqrt(jnp.where(plain > 0, plain, 1.0)), 1.0),
+        inflation=jnp.where(told, errors / jnp.sqrt(jnp.where(told, plain, 1.0)), 1.0),
         freedom=freedom,
         memory=noise.order(loss.score(residuals), n),
         lasting=lasting,
@@ -152,9 +153,10 @@ def _quantile(freedom: Scalar, most: int) -> Scalar:
 
 
 def _half_inverse(information: Array) -> tuple[Array, Array]:
-    """A matrix B with B Bᵀ the inverse of the information, and a mask of the parameters with any.
+    """A matrix B with B Bᵀ the pseudo-inverse of the information, and a mask of the parameters that
+    have no component in a direction without information.
 
-    The information is first scaled to a unit diagonal. Eigenvalues below rounding are raised to it.
+    The information is first scaled to a unit diagonal. Eigenvalues below rounding count as zero.
     """
     diagonal = jnp.diagonal(information)
     informative = diagonal > 0
@@ -163,5 +165,8 @@ def _half_inverse(information: Array) -> tuple[Array, Array]:
     scaled = jnp.where(informative[:, None] & informative[None, :], scaled, jnp.eye(len(scale)))
     eigenvalues, vectors = jnp.linalg.eigh(scaled)
     floor = len(scale) * jnp.finfo(scale.dtype).eps
-    half = vectors / jnp.sqrt(jnp.maximum(eigenvalues, floor)) / scale[:, None]
-    return jnp.where(informative[:, None], half, 0.0), informative
+    felt = eigenvalues > floor
+    half = vectors * jnp.where(felt, 1 / jnp.sqrt(jnp.where(felt, eigenvalues, 1.0)), 0.0)
+    lost = jnp.sum(jnp.where(felt, 0.0, vectors) ** 2, axis=1)
+    half = jnp.where(informative[:, None], half / scale[:, None], 0.0)
+    return half, informative & (lost <= _ABSENT)

@@ -9,6 +9,7 @@ from impactjax._parameter import (
     raise_if_violated,
     range_requirements,
 )
+from impactjax._refusal import of_kind
 from impactjax._shown import with_numbers
 from impactjax._types import AngularFrequency, Length, Ratio, Time
 
@@ -46,3 +47,7 @@ class HarmonicMotion(eqx.Module):
         raise_if_violated(self, range_requirements(self))
 
     __repr__ = with_numbers
+
+
+as_base = of_kind("base", HarmonicMotion, "HarmonicMotion(0.003, 6.3)", optional=True)
+"""Converter that lets only a motion of the base through, or `None`."""

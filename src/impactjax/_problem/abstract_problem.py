@@ -5,7 +5,7 @@ A search, a sampler or another optimiser needs `names`, `start`, `residuals(valu
 """
 
 import abc
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -21,6 +21,9 @@ from impactjax._problem.parameters import Handle
 from impactjax._record.abstract_recording import Residuals, Valid
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Flag, Scalar
+
+if TYPE_CHECKING:
+    from impactjax._problem.problem import Problem
 
 Own = TypeVar("Own")
 
@@ -52,6 +55,10 @@ class AbstractProblem(eqx.Module):
     @abc.abstractmethod
     def assumed(self) -> Assumed:
         """The assumptions about the residuals."""
+
+    @abc.abstractmethod
+    def each_recording(self) -> "list[tuple[Problem, tuple[int, ...]]]":
+        """The problem of each recording, with the places of its parameters among `names`."""
 
     @abc.abstractmethod
     def handles(self) -> dict[str, Handle]:

@@ -36,7 +36,7 @@ def pose(experiment: Experiment) -> Problem:
     start, sensor = Start(recording.begin), experiment.sensor
     system = System(experiment.model, experiment.initial, start, sensor, recording.unit)
     known = handles(system)
-    recording.check_suits(experiment.model)
+    recording.check_suits(experiment.model, sensor)
     check_requests(experiment, system)
     values = {name: value for name, value in fixed.items() if value is not None}
     system = replaced(system, tuple(values), tuple(values.values()))

@@ -67,6 +67,9 @@ class JointProblem(AbstractProblem):
     def _lengths(self) -> tuple[int, ...]:
         return tuple(each.valid.shape[-1] for each in self.problems)
 
+    def each_recording(self) -> list[tuple[Problem, tuple[int, ...]]]:
+        return list(zip(self.problems, self.places, strict=True))
+
     def handles(self) -> dict[str, Handle]:
         found: dict[str, Handle] = {}
         for problem, places in zip(self.problems, self.places, strict=True):

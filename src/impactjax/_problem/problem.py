@@ -52,6 +52,9 @@ class Problem(AbstractProblem):
     def assumed(self) -> Assumed:
         return Assumed(self.loss, self.noise)
 
+    def each_recording(self) -> "list[tuple[Problem, tuple[int, ...]]]":
+        return [(self, tuple(range(len(self.names))))]
+
     def handles(self) -> dict[str, Handle]:
         known = handles(self.system)
         for name, (low, high) in self.bounds:

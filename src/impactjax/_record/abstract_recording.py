@@ -111,8 +111,10 @@ class AbstractRecording(eqx.Module):
         """Recorded and fitted curves, in the unit `shown`."""
 
     @abc.abstractmethod
-    def check_suits(self, model: ImpactOscillator) -> None:
-        """Raises `ValueError` if a model does not have the recorded quantity."""
+    def check_suits(self, model: ImpactOscillator, sensor: Sensor) -> None:
+        """Raises `ValueError` if a model does not have the recorded quantity, or if a sensor has
+        what such a recording does not show.
+        """
 
     @abc.abstractmethod
     def residuals(

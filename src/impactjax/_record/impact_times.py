@@ -106,9 +106,18 @@ class ImpactTimes(AbstractRecording):
         number, label = np.arange(1, len(times))[whole], f"duration of flight [{unit}]"
         return Curves(number, flights, fitted, "flight number", label, dense=False)
 
-    def check_suits(self, model: ImpactOscillator) -> None:
-        """Accepts any model, since every model may have impacts."""
+    def check_suits(self, model: ImpactOscillator, sensor: Sensor) -> None:
+        """Accepts any model, since every model may have impacts, but no sensor of a motion."""
         del model
+        values = (sensor.gain, 1.0), (sensor.offset, 0.0), (sensor.drift, 0.0)
+        acts = sensor.low_pass is not None
+        for value, without in values:
+            acts = acts or (is_known(value) and bool(np.any(np.asarray(value) != without)))
+        if acts:
+            raise ValueError(
+                "Times of impacts have no gain, offset, drift or low-pass: a sensor of them has a "
+                "`delay` and a `sigma`."
+            )
 
     def residuals(
         self, system: System, simulation: Simulation, logged: Flag | None

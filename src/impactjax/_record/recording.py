@@ -123,7 +123,8 @@ class Recording(AbstractRecording):
         at, across = self.axis
         return Curves(at, values, fitted, across, f"{self.observed} [{unit}]", dense=True)
 
-    def check_suits(self, model: ImpactOscillator) -> None:
+    def check_suits(self, model: ImpactOscillator, sensor: Sensor) -> None:
+        del sensor
         self.quantity.check_suits(model)
 
     def residuals(

@@ -4,6 +4,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -21,12 +22,17 @@ def save(path: str | Path, estimate: Estimate[Problem]) -> None:
     """Writes the numbers of an estimate, or of many under `vmap`, to a NumPy `.npz` file.
 
     The experiment is code and is not written; `load` needs it as an argument.
+
+    **Raises** `ValueError` for an estimate of several recordings.
     """
+    if not isinstance(estimate.problem, Problem):
+        raise ValueError("Several recordings were fitted: save one of them, `of_experiment(...)`.")
     arrays = {name: getattr(estimate, name) for name in _numbers()}
     arrays |= {_LOG + name: getattr(estimate.impacts, name) for name in _columns(ImpactLog)}
     if estimate.scatter is not None:
         scatter = estimate.scatter
         arrays |= {_SCATTER + name: getattr(scatter, name) for name in _columns(Scatter)}
+    arrays |= _recorded(estimate.problem)
     content: dict[str, Any] = {name: np.asarray(x) for name, x in arrays.items()}
     with Path(path).open("wb") as file:
         np.savez(file, names=np.array(estimate.names), **content)
@@ -40,7 +46,7 @@ def load(path: str | Path, experiment: Experiment) -> Estimate[Problem]:
     - `path`: path of the file.
     - `experiment`: experiment that was fitted.
 
-    **Raises** `ValueError` for a file with other parameters, or another number of observations.
+    **Raises** `ValueError` for a file with other parameters, or of another recording.
     """
     problem = build_problem(experiment)
     with np.load(Path(path), allow_pickle=False) as file:
@@ -57,10 +63,16 @@ def load(path: str | Path, experiment: Experiment) -> Estimate[Problem]:
             scatter = Scatter(
                 **{name: jnp.asarray(file[_SCATTER + name]) for name in _columns(Scatter)}
             )
-    count, own = numbers["residuals"].shape[-1], problem.valid.shape[-1]
-    if count != own:
-        raise ValueError(f"{path} is of {count} observations, but the recording has {own}.")
+        for name, own in _recorded(problem).items():
+            if not np.array_equal(file[name], own, equal_nan=True):
+                raise ValueError(f"{path} is of another recording than that of the experiment.")
     return Estimate(problem=problem, impacts=log, scatter=scatter, **numbers)
+
+
+def _recorded(problem: Problem) -> dict[str, np.ndarray]:
+    """The arrays of a recording."""
+    leaves = jax.tree.leaves(problem.recording)
+    return {f"recording.{i}": np.asarray(leaf) for i, leaf in enumerate(leaves)}
 
 
 def _numbers() -> list[str]:

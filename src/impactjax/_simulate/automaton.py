@@ -152,7 +152,10 @@ def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:
 
 
 def with_internal(model: ImpactOscillator, position: Scalar, velocity: Scalar) -> State:
-    """A state with the internal states of untouched stops."""
+    """A state with the internal states of untouched stops.
+
+    **Raises** `ValueError` for an internal state that does not consist of single numbers.
+    """
     mass = model.oscillator.mass
     internal = tuple(
         wall.stop.law.touch(jnp.zeros_like(velocity), mass)
@@ -160,6 +163,12 @@ def with_internal(model: ImpactOscillator, position: Scalar, velocity: Scalar) -
         else ()
         for wall in walls(model)
     )
+    for leaf in jax.tree.leaves(internal):
+        if jnp.shape(leaf):
+            raise ValueError(
+                f"A contact law has an internal state of shape {jnp.shape(leaf)}: make it a tuple "
+                "of single numbers."
+            )
     return State(position, velocity, internal)
 
 

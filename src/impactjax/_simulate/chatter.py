@@ -35,7 +35,7 @@ class Chatter(eqx.Module):
       simulated until floating-point numbers cannot resolve them.
     """
 
-    below: float = eqx.field(default=1e-3, static=True)
+    below: float = eqx.field(default=1e-3, static=True, converter=float)
 
 
 def push(model: ImpactOscillator, wall: Wall, t: Scalar, velocity: Scalar) -> Scalar:

@@ -36,7 +36,8 @@ def walls(model: ImpactOscillator) -> tuple[Wall, ...]:
 
 def free_acceleration(model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
     """Acceleration of the oscillator alone, without resistance."""
-    return model.oscillator.acceleration(t, y.position, y.velocity)
+    acceleration = model.oscillator.acceleration(t, y.position, y.velocity)
+    return jnp.asarray(acceleration, jnp.result_type(y.position))
 
 
 def _penetration(model: ImpactOscillator, wall: Wall, y: State) -> tuple[Scalar, Scalar]:

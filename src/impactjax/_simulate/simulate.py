@@ -4,18 +4,25 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState, check_angle
-from impactjax._parameter import ranges
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
+from impactjax._simulate.arguments import (
+    as_factors,
+    as_number,
+    as_times,
+    check_leaves,
+    check_numbers,
+    check_order,
+    check_tolerance,
+    limit,
+)
 from impactjax._simulate.automaton import with_internal
 from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.chunks import CHUNK
@@ -72,9 +79,10 @@ def simulate(
       order of the impacts, shape (impacts,) [1]: restitution that scatters. It is 1 for later
       impacts and for those of a summed chatter.
 
-    **Raises** `ValueError` for errors that are visible before the run: times that are not a
-    strictly increasing list of numbers, a tolerance below the floating-point resolution, limits
-    below one, a part of the model that is neither a number nor static. **Raises** `NotAnalytic` for
+    **Raises** `TypeError` for an argument of another type, and `ValueError` for errors that are
+    visible before the run: times that are not a strictly increasing list of numbers, a tolerance
+    below the floating-point resolution, limits below one, a part of the model that is neither a
+    number nor static. **Raises** `NotAnalytic` for
     a `TaylorStep` with equations that have no Taylor series. Other failures are in `result`.
     """
     return simulate_logged(
@@ -100,25 +108,21 @@ def simulate_logged(
     """
     check_kind("model", model, ImpactOscillator, "ImpactOscillator(Pendulum(13.0))")
     check_kind("initial", initial, InitialState, "InitialState(0.78)")
+    check_kind("chatter", chatter, Chatter, "Chatter(below=1e-3)")
     if step is not None:
         check_kind("step", step, AbstractStep, "TaylorStep()")
-    _check_numbers(model)
+    check_numbers(model, initial)
     check_angle(model.oscillator, initial)
-    for name, limit in (("max_steps", max_steps), ("max_impacts", max_impacts)):
-        if limit < 1:
-            raise ValueError(f"Argument `{name}` must be at least 1, but it is {limit}.")
-    ts = jnp.asarray(ts)
-    if ts.ndim != 1 or ts.size == 0:
-        raise ValueError(
-            f"Argument `ts` must be a list of at least one time, but it has shape {ts.shape}."
-        )
-    t0 = ts[0] if t0 is None else t0
-    _check_order(t0, ts)
-    _check_leaves((model, initial))
+    max_steps, max_impacts = limit("max_steps", max_steps), limit("max_impacts", max_impacts)
+    ts = as_times(ts)
+    t0 = ts[0] if t0 is None else as_number("t0", t0)
+    check_order(t0, ts)
+    check_leaves((model, initial))
     dtype = jnp.result_type(float, *jax.tree.leaves((model, initial)))
     if tolerance is None:
         tolerance = 1e-8 if jnp.finfo(dtype).bits > 32 else 1e-5
-    _check_tolerance(tolerance, dtype)
+    tolerance = as_number("tolerance", tolerance)
+    check_tolerance(tolerance, dtype)
     return _simulate(
         natural_step(model, tolerance) if step is None else step,
         chatter,
@@ -130,7 +134,7 @@ def simulate_logged(
         jnp.asarray(t0, dtype),
         jnp.asarray(tolerance, dtype),
         logged,
-        None if factors is None else _as_factors(factors, dtype),
+        None if factors is None else as_factors(factors, dtype),
     )
 
 
@@ -196,68 +200,6 @@ def _if_asked(logged: Flag, tell: Callable[..., Impacts]) -> Callable[..., Impac
         return jax.lax.cond(logged, lambda *each: alike(tell(*each), each), nothing, *where)
 
     return told
-
-
-def _as_factors(factors: ArrayLike, dtype: np.dtype) -> Factors:
-    array = jnp.asarray(factors, dtype)
-    if array.ndim != 1:
-        raise ValueError(
-            f"Argument `factors` must be a list of numbers, one for each impact, but its shape is "
-            f"{array.shape}."
-        )
-    if not isinstance(array, Tracer) and not np.all(np.asarray(array) > 0):
-        raise ValueError("Argument `factors` must be positive.")
-    return array
-
-
-def _check_numbers(model: ImpactOscillator) -> None:
-    """Checks that each parameter is one number."""
-    for part in model.parts().values():
-        for name in ranges(part):
-            shape = jnp.shape(getattr(part, name))
-            if shape:
-                raise ValueError(
-                    f"`{name}` of {type(part).__name__} has shape {shape}, but a run takes one "
-                    "number: simulate several by `jax.vmap`."
-                )
-
-
-def _check_leaves(tree: PyTree) -> None:
-    for path, leaf in jax.tree.leaves_with_path(tree):
-        if not eqx.is_array_like(leaf):
-            raise ValueError(
-                f"`{jax.tree_util.keystr(path[1:])}` of the model or its start is {leaf!r}, not a "
-                "number; make it a static field, `equinox.field(static=True)`."
-            )
-
-
-def _check_order(t0: ArrayLike, ts: Array) -> None:
-    if isinstance(ts, Tracer) or isinstance(t0, Tracer):
-        return
-    times = np.concatenate([np.atleast_1d(np.asarray(t0)), np.asarray(ts)])
-    if not np.all(np.isfinite(times)):
-        raise ValueError("Arguments `ts` and `t0` must be finite.")
-    if np.any(np.diff(times[1:]) <= 0):
-        where = int(np.argmax(np.diff(times[1:]) <= 0)) + 1
-        raise ValueError(
-            f"Argument `ts` must increase strictly, but ts[{where}] = {times[where + 1]} follows "
-            f"{times[where]}."
-        )
-    if times[0] > times[1]:
-        raise ValueError(
-            f"Argument `t0` must not be after the first sample, but {times[0]} > {times[1]}."
-        )
-
-
-def _check_tolerance(tolerance: ArrayLike, dtype: np.dtype) -> None:
-    if isinstance(tolerance, Tracer):
-        return
-    floor = 10 * float(jnp.finfo(dtype).eps)
-    if not np.all(np.asarray(tolerance) >= floor):
-        raise ValueError(
-            f"Argument `tolerance` must be at least {floor:.2e} in {jnp.dtype(dtype).name}, but it "
-            f"is {tolerance}. Double precision (`jax_enable_x64`) gives more."
-        )
 
 
 def _cast(tree: T, dtype: np.dtype) -> T:

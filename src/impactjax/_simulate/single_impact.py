@@ -2,8 +2,10 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import ArrayLike
 
+from impactjax._known import is_known
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.free_mass import FreeMass
 from impactjax._model.impact_oscillator import ImpactOscillator
@@ -11,6 +13,7 @@ from impactjax._model.initial_state import InitialState
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.stop import Stop
 from impactjax._parameter import as_parameter
+from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.step import AbstractStep
@@ -43,7 +46,13 @@ def single_impact(
     - `speed`: approach speed, of any shape [m/s].
     - `mass`: mass, of the speed's shape or one for all [kg].
     - `step`, `tolerance`, `max_steps`: as for `simulate`.
+
+    **Raises** `TypeError` for a law without a force, and `ValueError` for a known speed that is not
+    positive.
     """
+    check_kind("law", law, AbstractForceLaw, "KelvinVoigt(700.0, 0.2)")
+    if is_known(speed) and not np.all(np.asarray(speed) > 0):
+        raise ValueError("Argument `speed` must be positive.")
     v, m = jnp.broadcast_arrays(as_parameter(speed), as_parameter(mass))
 
     def one(v: Speed, m: Mass) -> Equivalents:

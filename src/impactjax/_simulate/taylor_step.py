@@ -51,6 +51,8 @@ class TaylorStep(AbstractStep):
     order: int = eqx.field(default=15, static=True)
 
     def __check_init__(self) -> None:
+        if not isinstance(self.order, int):
+            raise TypeError(f"Argument `order` must be a whole number, but it is {self.order!r}.")
         if self.order < LOWEST_ORDER:
             raise ValueError(
                 f"Argument `order` must be at least {LOWEST_ORDER}, but it is {self.order}."
