@@ -179,6 +179,33 @@ def test_doubt_about_the_zero_of_a_free_swing():
 
 
 @quick
+def test_doubt_about_a_ball_taken_for_an_oscillator():
+    told = ij.check(displacement(bouncing()))
+    assert any("`--system bouncing-ball`" in each for each in told.doubts), told.doubts
+
+
+@quick
+@pytest.mark.parametrize("sigma", [1e-2, 1e-6])
+def test_doubt_about_a_stated_noise(sigma):
+    """The record has a noise of 0.1 mm."""
+    sensor = ij.Sensor(sigma=sigma)
+    told = ij.check(displacement(bouncing()), oscillator=ij.BouncingBall(), sensor=sensor)
+    (doubt,) = [each for each in told.doubts if "stated noise" in each]
+    ratio = float(doubt.split(" times that")[0].split()[-1])
+    assert ratio == pytest.approx(sigma / 1e-4, rel=0.1)
+    fine = ij.check(
+        displacement(bouncing()), oscillator=ij.BouncingBall(), sensor=ij.Sensor(sigma=1e-4)
+    )
+    assert fine.doubts == ()
+
+
+@quick
+def test_no_typical_restitution_of_growing_flights():
+    told = str(ij.check(ij.ImpactTimes(np.cumsum([0.1, 0.4, 0.41, 0.42, 0.43]))))
+    assert "none is between 0 and 1" in told
+
+
+@quick
 def test_figure_of_a_check_marks_impacts():
     ax = Figure().add_subplot()
     assert ij.plot.check(ax, ij.check(displacement(bouncing()), oscillator=ij.BouncingBall())) is ax

@@ -78,7 +78,7 @@ def test_saved_estimate_of_other_parameters_is_refused(tmp_path):
     with pytest.raises(ValueError, match="holds x0, x_dot0, but the experiment fits x0"):
         ij.io.load(tmp_path / "line.npz", experiment(fixed=("x_dot0",)))
     shorter = ij.Recording(TS[1:], line()[0][1:], ij.Displacement())
-    with pytest.raises(ValueError, match="is of 31 observations, but the recording has 30"):
+    with pytest.raises(ValueError, match="is of another recording"):
         ij.io.load(tmp_path / "line.npz", dataclasses.replace(experiment(), recording=shorter))
 
 

@@ -16,6 +16,7 @@ _COARSE = 12  # samples of a flight or a swing
 _STEPS = 1.0  # least ratio of the step to the noise at which steps matter
 _OFF = 0.05  # relative difference of gravity from its known value
 _FLAT = 0.02  # middle of a free swing, relative to its amplitude
+_OTHER = 3.0  # ratio of the stated noise to that of the record
 _LOUD = 0.05  # noise relative to the motion
 
 
@@ -57,6 +58,14 @@ def _values(found: Survey, noise: Noise) -> Iterator[str]:
             "The noise is smooth from sample to sample, as after a filter: state its `cutoff` "
             "under [sensor], or contacts seem longer than they are."
         )
+    if sensor.sigma is not None and noise.size > 0:
+        stated = float(np.asarray(sensor.sigma))
+        if not 1 / _OTHER < stated / noise.size < _OTHER:
+            yield (
+                f"The stated noise, `sigma` = {stated * factor:.3g} {unit}, is "
+                f"{stated / noise.size:.3g} times that of the record, {noise.size * factor:.3g} "
+                f"{unit}: leave it out to have it estimated."
+            )
     if noise.size > _LOUD * (high - low):
         share = 100 * noise.size / (high - low)
         yield f"The noise is {share:.0f} % of the range of the record."
@@ -81,10 +90,19 @@ def _impacts(found: Survey) -> Iterator[str]:
                 "The distance from the pivot to the point of contact is not stated, so that speeds "
                 "in m/s are those of a point mass: state `length` under [fixed]."
             )
-    weight = look.oscillator.weight()
-    if weight is None or not isinstance(recording, Recording) or len(look.marks) < 2:
+    if not isinstance(recording, Recording) or not isinstance(recording.quantity, AbstractPlace):
         return
-    if isinstance(recording.quantity, AbstractPlace) and (own := _gravity(found)) is not None:
+    weight, own = look.oscillator.weight(), _gravity(found)
+    if own is None:
+        return
+    if weight is None:
+        falls = not look.oscillator.is_angle() and abs(own / STANDARD_GRAVITY - 1) < _OFF
+        if falls and look.restitutions.size:
+            yield (
+                f"The flights are those of a falling mass, with {own:.3g} m/s²: a ball is "
+                "`--system bouncing-ball`."
+            )
+    else:
         off = own / weight - 1
         if abs(off) > _OFF:
             yield (

@@ -98,10 +98,11 @@ def impacts(found: Survey) -> list[str]:
     told, speeds, ratios = [count], look.speeds, look.restitutions
     if speeds.size:
         told.append(f"Approach speeds from {speeds.max():.3g} to {speeds.min():.3g} m/s.")
-        told.append(
-            f"Restitution {look.restitution:.3g}, single impacts from {ratios.min():.3g} to "
-            f"{ratios.max():.3g}."
-        )
+        single = f"impacts from {ratios.min():.3g} to {ratios.max():.3g}"
+        if look.usual_restitutions.size:
+            told.append(f"Restitution {look.restitution:.3g}, single {single}.")
+        else:
+            told.append(f"Restitution of single {single}: none is between 0 and 1.")
     return told
 
 

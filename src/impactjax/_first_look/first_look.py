@@ -45,9 +45,14 @@ class FirstLook(NamedTuple):
 
     @property
     def restitution(self) -> float:
-        """A typical coefficient of restitution."""
-        usable = self.restitutions[(self.restitutions > 0.02) & (self.restitutions < 1)]
+        """A typical coefficient of restitution; a usual one if the record has none."""
+        usable = self.usual_restitutions
         return float(np.median(usable)) if usable.size else _USUAL_RESTITUTION
+
+    @property
+    def usual_restitutions(self) -> np.ndarray:
+        """The coefficients of restitution between 0 and 1."""
+        return self.restitutions[(self.restitutions > 0.02) & (self.restitutions < 1)]
 
     @property
     def speed(self) -> float:

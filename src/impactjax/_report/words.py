@@ -24,6 +24,7 @@ from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import independence
 
 _FLOOR = 1.2  # ratio of the rms to the quantisation error below which no other error is visible
+_SMALL = 3.0  # ratio of the known noise to the rms above which the noise is wrong
 _LARGE = 1.5  # ratio of the rms to the known noise above which the model or the noise is wrong
 
 
@@ -69,7 +70,7 @@ def _does_not_fit(estimate: Estimate, share: float) -> str:
     return (
         f"{said} Perhaps the stop is not where it is said to be (`gap`), the zero or sign of the "
         "record is another (`offset`, `gain`), there is dry friction (`dry_friction = true` under "
-        "[system]), or something else moves it."
+        "[system]), something else moves it, or it is another system (`--system`)."
     )
 
 
@@ -248,9 +249,14 @@ def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:
 
 
 def _beyond_the_noise(estimate: Estimate) -> list[str]:
-    """Sentence for residuals that are too large for the known noise."""
+    """Sentence for residuals that are too large or too small for the known noise."""
     known = estimate.problem.variance()
     times = 1.0 if known is None else float(estimate.rms / known**0.5)
+    if times < 1 / _SMALL:
+        return [
+            f"The noise that the sensor is said to have is {1 / max(times, 1e-99):.3g} times the "
+            "residual: `sigma` is wrong, and errors and intervals are too large with it."
+        ]
     if times < _LARGE:
         return []
     return [
