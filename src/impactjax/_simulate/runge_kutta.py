@@ -26,6 +26,7 @@ _SAFETY = 0.9  # safety factor of the next step
 _SHRINK, _GROW = 0.2, 10.0  # limits of the ratio of successive steps
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
+_CONFIRM = 0.7  # share of a step that begins a contact, at which it must be accurate too
 _SLOW = 1e-4  # of the largest speed: errors of a slower mass need not be smaller
 
 Value = TypeVar("Value", Scalar, list[Scalar])
@@ -43,6 +44,7 @@ class _Memory(NamedTuple):
     h: Scalar  # [s], the duration to try; zero asks for a first guess
     target: Code  # the transition being landed on, or NO_EVENT
     speed: Scalar  # the largest so far, in units of the coordinate
+    confirms: Flag  # true if a longer step from the same start was accurate
 
 
 def _dopri8() -> "diffrax.AbstractERK":
@@ -77,7 +79,7 @@ class RungeKutta(AbstractStep):
 
     def begin(self, span: Scalar) -> _Memory:
         zero = jnp.zeros_like(span)
-        return _Memory(zero, jnp.int32(NO_EVENT), zero)
+        return _Memory(zero, jnp.int32(NO_EVENT), zero, jnp.zeros((), bool))
 
     @property
     def power(self) -> int:
@@ -118,6 +120,10 @@ class RungeKutta(AbstractStep):
         at_once = found & ~unclear & (start.t + fraction * h == start.t)
         beyond = found & (fraction > 1) & (h >= remaining)
         plain = accurate & ~unclear & ((event == NO_EVENT) | (beyond & ~landed))
+        # Of a force that is not smooth at the surface the errors of two powers may cancel in the
+        # estimate, but only near one length.
+        unconfirmed = plain & (grading.begins > 0) & ~memory.confirms
+        plain = plain & ~unconfirmed
 
         correction = jnp.where(landed, (fraction - 1) * h, 0.0)
         rate = automaton.flow(start.t + h, end, start.mode)
@@ -129,6 +135,7 @@ class RungeKutta(AbstractStep):
         accepted = plain | ends_on_event
         end = jax.tree.map(lambda y0, y1: jnp.where(accepted, y1, y0), start.y, end)
         retry = jnp.where(found, fraction * h, h * factor)
+        retry = jnp.where(unconfirmed, _CONFIRM * h, retry)
         retry = jnp.where(accurate & unclear, shortened(h, fraction, start.t), retry)
         following = jnp.where(ends_on_event, 0.0, jnp.where(plain, h * factor, retry))
         target = jnp.where(found & ~unclear & ~ends_on_event & ~plain, event, NO_EVENT)
@@ -137,7 +144,7 @@ class RungeKutta(AbstractStep):
             taken,
             end,
             jnp.where(ends_on_event, event, NO_EVENT).astype(jnp.int32),
-            _Memory(following, target.astype(jnp.int32), speed),
+            _Memory(following, target.astype(jnp.int32), speed, unconfirmed),
         )
 
     def expand(
