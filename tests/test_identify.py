@@ -9,6 +9,7 @@ import pytest
 
 import impactjax as ij
 from estimates import TS, line, swing
+from tiers import quick
 
 SPEEDS = jnp.array([0.1, 0.3, 0.73])
 MASS = 0.02
@@ -241,3 +242,16 @@ def test_words_of_parameter_at_range_end_agree_with_bound():
     both = np.array([1.0, 6.5])
     assert math.isclose(math.sqrt(both @ covariance @ both), 0.0050, rel_tol=0.01)
     assert ij.coupling(told) == "Determined: omega0 + 6.5 gamma to 0.50 %; not determined: gamma."
+
+
+@quick
+def test_information_refuses_noise_and_names_without_sense():
+    def data(law):
+        return law.restitution(jnp.array([0.5, 1.0]))
+
+    law = ij.LinearRestitution(0.7, 0.1)
+    for sigma in (0.0, -1.0, [1e-3, float("nan")]):
+        with pytest.raises(ValueError, match="must be positive"):
+            ij.information(data, law, sigma)
+    with pytest.raises(ValueError, match="in both `free` and `fixed`"):
+        ij.information(data, law, 1e-3, free=["alpha"], fixed=["alpha"])

@@ -11,7 +11,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._identify.directions import Directions, Sensitivities, directions, spread, without
 from impactjax._identify.parameters import chosen
-from impactjax._known import AnyArray, known, namespace
+from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._problem.parameters import Handle, with_values
 
 Part = TypeVar("Part", bound=eqx.Module)
@@ -104,8 +104,13 @@ def information(
     - `free`: names of parameters to include although they are usually known.
     - `fixed`: names of parameters to take as known.
 
-    **Raises** `ValueError` for a name that the part does not have, and if no parameter is left.
+    **Raises** `ValueError` for a name that the part does not have or that is in both lists, for a
+    known `sigma` that is not positive, and if no parameter is left.
     """
+    if both := sorted({*free} & {*fixed}):
+        raise ValueError(f"`{both[0]}` is in both `free` and `fixed`.")
+    if is_known(sigma) and not np.all(np.asarray(sigma) > 0):
+        raise ValueError(f"Argument `sigma` must be positive, but it is {sigma}.")
     parameters = chosen(part, free, fixed)
     values = jnp.stack([each.get(part) for each in parameters.values()])
     noise = jnp.asarray(sigma, values.dtype)
