@@ -199,6 +199,35 @@ def test_doubt_about_a_stated_noise(sigma):
     assert fine.doubts == ()
 
 
+STATED = {
+    "are not in the record": "[sensor]\nquantisation = 0.1\n",
+    "is it in milliseconds?": "[sensor]\ndelay = 0.5\n",
+    "beyond the upper stop at 22.9 deg": "[upper]\ngap = 0.4\n",
+    "is it in millimetres?": "[fixed]\nlength = 71\n",
+    "more than a turn": "",
+}
+
+
+@quick
+@pytest.mark.parametrize("words", STATED)
+def test_doubt_about_a_statement_that_the_record_contradicts(words, tmp_path):
+    """A pendulum of 71 mm on a stop, by SciPy, with a noise of 0.1 deg."""
+    found = simulate_rigid(
+        lambda t, y: np.array([y[1], -(13.47**2) * np.sin(y[0])]), [0.78, 0.0], TS, lambda v: 0.7
+    )
+    angle = np.rad2deg(noisy(found.position, np.deg2rad(0.1)))
+    file = tmp_path / "swing.csv"
+    unit = "deg" if STATED[words] else "rad"
+    np.savetxt(file, np.c_[TS, angle], delimiter=",", header=f"t [s],angle [{unit}]", comments="")
+    plain = "" if "length" in STATED[words] else "[fixed]\nlength = 0.071\n"
+    file.with_suffix(".toml").write_text(STATED[words] + plain)
+    told = ij.check(file)
+    assert any(words in each for each in told.doubts), told.doubts
+    if unit == "deg":
+        file.with_suffix(".toml").write_text("[fixed]\nlength = 0.071\n")
+        assert ij.check(file).doubts == ()
+
+
 @quick
 def test_no_typical_restitution_of_growing_flights():
     told = str(ij.check(ij.ImpactTimes(np.cumsum([0.1, 0.4, 0.41, 0.42, 0.43]))))

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from impactjax._check.noise import Noise
+from impactjax._check.stated import doubts_about_statements
 from impactjax._compare.survey import Survey
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._record.recording import Recording
@@ -16,13 +17,18 @@ _COARSE = 12  # samples of a flight or a swing
 _STEPS = 1.0  # least ratio of the step to the noise at which steps matter
 _OFF = 0.05  # relative difference of gravity from its known value
 _FLAT = 0.02  # middle of a free swing, relative to its amplitude
-_OTHER = 3.0  # ratio of the stated noise to that of the record
 _LOUD = 0.05  # noise relative to the motion
 
 
 def doubts(found: Survey, noise: Noise) -> tuple[str, ...]:
     """Sentences on what looks wrong in a record, each with a remedy."""
-    return (*_clock(found), *_values(found, noise), *_impacts(found), *_middle(found, noise))
+    return (
+        *_clock(found),
+        *_values(found, noise),
+        *doubts_about_statements(found, noise),
+        *_impacts(found),
+        *_middle(found, noise),
+    )
 
 
 def _clock(found: Survey) -> Iterator[str]:
@@ -58,14 +64,6 @@ def _values(found: Survey, noise: Noise) -> Iterator[str]:
             "The noise is smooth from sample to sample, as after a filter: state its `cutoff` "
             "under [sensor], or contacts seem longer than they are."
         )
-    if sensor.sigma is not None and noise.size > 0:
-        stated = float(np.asarray(sensor.sigma))
-        if not 1 / _OTHER < stated / noise.size < _OTHER:
-            yield (
-                f"The stated noise, `sigma` = {stated * factor:.3g} {unit}, is "
-                f"{stated / noise.size:.3g} times that of the record, {noise.size * factor:.3g} "
-                f"{unit}: leave it out to have it estimated."
-            )
     if noise.size > _LOUD * (high - low):
         share = 100 * noise.size / (high - low)
         yield f"The noise is {share:.0f} % of the range of the record."

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
+from impactjax._model.initial_state import check_angle
 from impactjax._problem.checks import check_bounds, check_declared, check_requests
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.loss import Squares
@@ -40,6 +41,7 @@ def pose(experiment: Experiment) -> Problem:
     check_requests(experiment, system)
     values = {name: value for name, value in fixed.items() if value is not None}
     system = replaced(system, tuple(values), tuple(values.values()))
+    check_angle(system.model.oscillator, system.initial)
     usual = {name for name, handle in known.items() if not handle.allowed.known}
     if recording.observes_impacts:
         usual = (usual | {"t0"}) - {"x0", "theta0"}
