@@ -111,6 +111,16 @@ def test_a_mass_without_dry_friction_leaves_its_equilibrium(dry_friction):
     )
 
 
+def test_derivative_at_the_equilibrium_of_a_mass_without_dry_friction():
+    omega, ts = 10.0, np.linspace(0, 2, 5)
+    model = ij.ImpactOscillator(ij.LinearOscillator(omega, dry_friction=0.0))
+
+    def position(x0):
+        return ij.simulate(model, ij.InitialState(x0), ts).position
+
+    np.testing.assert_allclose(jax.jacfwd(position)(0.0), np.cos(omega * ts), atol=1e-7)
+
+
 def test_a_mass_with_drag_leaves_its_equilibrium():
     """For a small force the drag is negligible: x = a (sin(Ω t) − Ω/ω sin(ω t)) / (ω² − Ω²)."""
     omega, a, frequency, ts = 2.0, 1e-9, 3.0, np.linspace(0, 2, 5)

@@ -39,14 +39,16 @@ class Sliding(AbstractTransition):
         """Sign of the sliding velocity that follows from standing still; 0 if the mass is held."""
         drive = driven_acceleration(model, t, y, mode)
         slipping = mode.friction == 0
-        held = ~slipping & (jnp.abs(drive) <= holding_resistance(model, drive))
+        most = holding_resistance(model, drive)
+        held = ~slipping & (most > 0) & (jnp.abs(drive) <= most)
         return jnp.where(held, 0, _first_sign(model, t, y, mode)).astype(jnp.int32)
 
 
 def _first_sign(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
-    """Sign of the drive just after `t`: that of its first derivative that is not zero.
+    """Sign of the drive just after `t`: that of its first derivative that is not zero; 1 if there
+    is none.
 
-    A mass without dry friction stands still where its drive is zero, and leaves as this changes.
+    Without dry friction a mass stands still where its drive is zero, and leaves as this changes.
     """
 
     def drive(t: Scalar) -> Scalar:
@@ -57,4 +59,5 @@ def _first_sign(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Sca
 
     value, slope = drive(t), rate(t)
     _, bend = jax.jvp(rate, (t,), (jnp.ones_like(t),))
-    return jnp.sign(jnp.where(value != 0, value, jnp.where(slope != 0, slope, bend)))
+    first = jnp.where(value != 0, value, jnp.where(slope != 0, slope, bend))
+    return jnp.where(first < 0, -1.0, 1.0)
