@@ -250,7 +250,7 @@ def test_information_refuses_noise_and_names_without_sense():
         return law.restitution(jnp.array([0.5, 1.0]))
 
     law = ij.LinearRestitution(0.7, 0.1)
-    for sigma in (0.0, -1.0, [1e-3, float("nan")]):
+    for sigma in (0.0, -1.0, np.array([1e-3, np.nan])):
         with pytest.raises(ValueError, match="must be positive"):
             ij.information(data, law, sigma)
     with pytest.raises(ValueError, match="in both `free` and `fixed`"):
