@@ -240,13 +240,18 @@ def test_extremes_with_infinite_damping_slope_at_touch():
 
 
 def test_depth_of_creeping_mass():
-    """A Maxwell stop that damps so much that the mass stays in it: 2 γ v/ω0."""
+    """A Maxwell stop that damps so much that the mass stays in it: 2 γ v/ω0.
+
+    At γ = 1 the mass stops as exp(−ω0 t), until rounding decides whether it leaves at 1e-18 of its
+    speed.
+    """
     gammas, speed = jnp.array([1.0, 1.01, 1.5, 2.0]), 0.7
     found = jax.jit(
         jax.vmap(lambda gamma: ij.single_impact(ij.Maxwell(300.0, gamma), speed, 0.02))
     )(gammas)
     np.testing.assert_allclose(found.deepest_penetration, 2 * gammas * speed / 300, rtol=1e-7)
-    assert np.all(found.restitution == 0)
+    assert np.all(found.restitution < 1e-16)
+    assert np.all(found.restitution[1:] == 0)
 
 
 @pytest.mark.parametrize("step", [ij.TaylorStep(order=4), ij.RungeKutta(diffrax.Bosh3())])
