@@ -146,3 +146,15 @@ def test_default_order_follows_tolerance():
     orders = []
     jax.jit(lambda tolerance: orders.append(natural_order(tolerance)))(1e-3)
     assert orders == [15]
+
+
+@pytest.mark.parametrize("tolerance", [None, 1e-8])
+def test_known_tolerance_and_times_stay_known_under_jit(tolerance):
+    model, start = ij.ImpactOscillator(ij.Pendulum(13.0)), ij.InitialState(0.7)
+
+    def steps(model, t0=0.0):
+        return ij.simulate(model, start, np.array([0.1, 5.0]), t0=t0, tolerance=tolerance).stats
+
+    assert jax.jit(steps)(model).steps == steps(model).steps
+    with pytest.raises(ValueError, match="t0"):
+        jax.jit(lambda model: steps(model, 0.2))(model)

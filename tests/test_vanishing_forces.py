@@ -1,7 +1,5 @@
 """Small and vanishing forces, own laws, and factors at a separation inside the indentation."""
 
-from typing import Any
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -10,35 +8,17 @@ import pytest
 from jaxtyping import Array
 
 import impactjax as ij
+from systems import Own
 
 
-def _mass() -> Any:
-    return eqx.field(converter=ij.as_parameter, metadata=ij.parameter("kg", above=0), default=1.0)
+def _forced(t, position, velocity, omega, a, frequency):
+    """−ω² x + a sin(Ω t)."""
+    del velocity
+    return -(omega**2) * position + a * jnp.sin(frequency * t)
 
 
-class Forced(ij.AbstractOscillator):
-    """x″ = −ω² x + a sin(Ω t)."""
-
-    omega: Array = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("rad/s"))
-    a: Array = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("m/s²"))
-    frequency: Array = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("rad/s"))
-    mass: Array = _mass()
-
-    def acceleration(self, t, position, velocity):
-        return -(self.omega**2) * position + self.a * jnp.sin(self.frequency * t)
-
-    def resistance(self, speed):
-        return None
-
-    def lever(self):
-        return jnp.ones_like(self.mass)
-
-    def is_angle(self):
-        return False
-
-
-class Dragged(Forced):
-    """x″ = −ω² x + a sin(Ω t) − x′ |x′|."""
+class Dragged(Own):
+    """x″ = law(t, x, x′) − x′ |x′|."""
 
     def resistance(self, speed):
         return speed**2
@@ -59,7 +39,7 @@ def test_derivative_by_the_amplitude_of_an_own_force(a, step):
     omega, frequency, ts = 2.0, 60.0, np.array([1.0, 2.0])
 
     def position(a):
-        model = ij.ImpactOscillator(Forced(omega=omega, a=a, frequency=frequency))
+        model = ij.ImpactOscillator(Own(law=_forced, constants=(omega, a, frequency)))
         return ij.simulate(model, ij.InitialState(1.0), ts, t0=0.0, step=step).position
 
     exact = np.sin(frequency * ts) - frequency / omega * np.sin(omega * ts)
@@ -124,7 +104,7 @@ def test_derivative_at_the_equilibrium_of_a_mass_without_dry_friction():
 def test_a_mass_with_drag_leaves_its_equilibrium():
     """For a small force the drag is negligible: x = a (sin(Ω t) − Ω/ω sin(ω t)) / (ω² − Ω²)."""
     omega, a, frequency, ts = 2.0, 1e-9, 3.0, np.linspace(0, 2, 5)
-    model = ij.ImpactOscillator(Dragged(omega=omega, a=a, frequency=frequency))
+    model = ij.ImpactOscillator(Dragged(law=_forced, constants=(omega, a, frequency)))
     run = ij.simulate(model, ij.InitialState(0.0), ts)
     exact = a * (np.sin(frequency * ts) - frequency / omega * np.sin(omega * ts))
     assert run.result == ij.RESULTS.successful

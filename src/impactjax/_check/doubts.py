@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
+from jaxtyping import Float
 
 from impactjax._check.noise import Noise
 from impactjax._check.stated import doubts_about_statements
@@ -90,12 +91,13 @@ def _impacts(found: Survey) -> Iterator[str]:
             )
     if not isinstance(recording, Recording) or not isinstance(recording.quantity, AbstractPlace):
         return
-    weight, own = look.oscillator.weight(), _gravity(found)
-    if own is None:
+    weight, bends = look.oscillator.weight(), _bends(found)
+    if not bends.size:
         return
+    own = float(np.median(bends))
     if weight is None:
-        falls = not look.oscillator.is_angle() and abs(own / STANDARD_GRAVITY - 1) < _OFF
-        if falls and look.restitutions.size:
+        falls = bends.size > 1 and np.all(np.abs(bends / STANDARD_GRAVITY - 1) < _OFF)
+        if falls and not look.oscillator.is_angle():
             yield (
                 f"The flights are those of a falling mass, with {own:.3g} m/s²: a ball is "
                 "`--system bouncing-ball`."
@@ -109,19 +111,24 @@ def _impacts(found: Survey) -> Iterator[str]:
             )
 
 
-def _gravity(found: Survey) -> float | None:
-    """Gravity in the flights of a recorded height, from parabolas over their middle."""
+def _bends(found: Survey) -> Float[np.ndarray, " flights"]:
+    """Downward accelerations [m/s²] in the flights of a recorded height, from parabolas over their
+    middle; flights half as long as the longest, or shorter, are left out.
+    """
     recording, marks = found.recording, found.look.marks
     assert isinstance(recording, Recording)
     ts, values = np.asarray(recording.ts), np.asarray(recording.values)
     bends = []
+    least = np.max(np.diff(marks), initial=0.0) / 2
     for begin, end in pairwise(marks.tolist()):
+        if end - begin <= least:
+            continue
         margin = (end - begin) / 8
         inside = (ts > begin + margin) & (ts < end - margin) & np.asarray(recording.valid)
         if np.count_nonzero(inside) >= 8:
             parabola = np.polynomial.Polynomial.fit(ts[inside], values[inside], 2)
             bends.append(-float(parabola.deriv(2)(0.0)))
-    return float(np.median(bends)) if bends else None
+    return np.array(bends)
 
 
 def _middle(found: Survey, noise: Noise) -> Iterator[str]:

@@ -102,7 +102,7 @@ def impacts(found: Survey) -> list[str]:
         if look.usual_restitutions.size:
             told.append(f"Restitution {look.restitution:.3g}, single {single}.")
         else:
-            told.append(f"Restitution of single {single}: none is between 0 and 1.")
+            told.append(f"Restitution of single {single}: none is between 0.02 and 1.")
     return told
 
 

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from impactjax._fit.determined import determined
 from impactjax._fit.quantiles import bisected, chi_squared_above, student
 from impactjax._known import AnyArray, namespace
 
@@ -37,7 +38,6 @@ _RATIOS = 48  # points of the grid
 _BEYOND = 1e4  # factor by which the grid extends beyond the ratios that matter
 _LOST = 1e-12  # relative singular value of random effects that counts as zero
 _UNTOLD = 1e-9  # that of a direction of the parameters without information
-_ABSENT = 1e-8  # squared component of a parameter in a direction that counts as none
 _UNLIKELY = 1e-9  # relative weight of a ratio that does not matter
 _FARTHEST = 13.0  # more than the 97.5 % quantile of Student's t with one degree of freedom
 
@@ -64,7 +64,8 @@ class MixedModel(NamedTuple):
     - `squares`: sum of squares, of which σ² = squares/freedom is an estimate.
     - `freedom`: degrees of freedom.
     - `least`: λ below which the random effects are lost in the noise.
-    - `told`: mask of the parameters without a component in a direction that changes no observation.
+    - `determined`: mask of the parameters without a component in a direction that changes no
+      observation.
     """
 
     ratios: PerRatio
@@ -75,7 +76,7 @@ class MixedModel(NamedTuple):
     squares: PerRatio
     freedom: Number
     least: Number
-    told: Bool[AnyArray, " parameters"]
+    determined: Bool[AnyArray, " parameters"]
 
     @property
     def value(self) -> Float[AnyArray, " parameters"]:
@@ -140,7 +141,7 @@ class _Projected(NamedTuple):
     directions: Float[AnyArray, "effects effects"]  # their directions among the random effects
     parts: Float[AnyArray, " effects"]  # the observations along them
     rest: Number  # sum of squares of the observations in no such direction
-    told: Bool[AnyArray, " parameters"]  # parameters without a component in a lost direction
+    determined: Bool[AnyArray, " parameters"]  # parameters without a component in a lost direction
 
 
 def mixed_model(
@@ -186,7 +187,7 @@ def mixed_model(
         squares,
         left,
         1 / strongest,
-        part.told,
+        part.determined,
     )
 
 
@@ -223,7 +224,7 @@ def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Proje
     norms = xp.where(norms > 0, norms, 1.0)
     basis, lengths, directions = xp.linalg.svd(jacobian / norms, full_matrices=False)
     felt = lengths > _UNTOLD * xp.max(lengths)
-    lost = xp.sum(xp.where(felt[:, None], 0.0, directions) ** 2, axis=0)
+    known = determined(directions, felt) & xp.any(jacobian != 0, axis=0)
     inverse = directions.T * xp.where(felt, 1 / xp.where(felt, lengths, 1.0), 0.0) / norms[:, None]
     basis = xp.where(felt, basis, 0.0)
 
@@ -237,5 +238,4 @@ def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Proje
     left = beside(observed)
     parts = axes.T @ left
     rest = xp.sum((left - axes @ parts) ** 2)
-    told = (lost <= _ABSENT) & xp.any(jacobian != 0, axis=0)
-    return _Projected(basis, inverse, lengths, effect_axes.T, parts, rest, told)
+    return _Projected(basis, inverse, lengths, effect_axes.T, parts, rest, known)

@@ -175,7 +175,7 @@ class _Found(NamedTuple):
     scatter: Scatter
     likelihood: AnyArray
     settled: AnyArray
-    told: Bool[AnyArray, " parameters"]
+    determined: Bool[AnyArray, " parameters"]
 
 
 def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows: int) -> _Found:
@@ -191,7 +191,7 @@ def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows
         None if variance is None else known(variance),
     )
     low, high = (values + solution.quantile(level) for level in (0.025, 0.975))
-    unbounded = namespace(values).where(solution.told, 0.0, np.inf)
+    unbounded = namespace(values).where(solution.determined, 0.0, np.inf)
     low, high = low - unbounded, high + unbounded
     middle, least, most = (solution.size(level) for level in (0.5, 0.025, 0.975))
     jacobian = whitened(point.jacobian, point.effects, solution.ratio)[:rows]
@@ -199,10 +199,17 @@ def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows
     xp, covariance = namespace(observed), solution.covariance
     left = xp.abs(_within(problem, values + solution.value) - values)
     enough = _SETTLED * xp.sqrt(xp.diagonal(covariance)) + _ROUNDING * xp.abs(values)
-    told = solution.told
-    settled = xp.all((left <= enough) | ~told)
+    settled = xp.all((left <= enough) | ~solution.determined)
     return _Found(
-        values, low, high, covariance, solution.freedom, scatter, likelihood, settled, told
+        values,
+        low,
+        high,
+        covariance,
+        solution.freedom,
+        scatter,
+        likelihood,
+        settled,
+        solution.determined,
     )
 
 
@@ -224,7 +231,7 @@ def _estimate(
     usable = converged & (missed == 0)
     lasting = problem.noise.lasts(residuals, n)
     interval = within_ranges(problem, found.low, found.high)
-    infinite = jnp.diag(jnp.where(found.told, 0.0, jnp.inf))
+    infinite = jnp.diag(jnp.where(found.determined, 0.0, jnp.inf))
     errors = jnp.sqrt(jnp.diagonal(found.covariance + infinite))
     parameters = p + 1 + problem.sizes_found
     return dataclasses.replace(

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array
 from scipy import special
 
+from impactjax._fit.determined import determined
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.minimiser import Minimum
@@ -21,7 +22,6 @@ from impactjax._problem.abstract_problem import AbstractProblem, Answer
 from impactjax._types import Scalar
 
 _LOST = 1e-6  # squared length of a direction that counts as lost to rounding
-_ABSENT = 1e-8  # squared component of a parameter in a direction that counts as none
 _NORMAL = float(special.ndtri(0.975))
 
 
@@ -46,12 +46,12 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     known = problem.variance()
     variance = squares / (n - p) if known is None else known
     stiffness = loss.stiffness(residuals)[:, None]
-    half, told = _half_inverse(jacobian.T @ (stiffness * jacobian))
+    half, bounded = _half_inverse(jacobian.T @ (stiffness * jacobian))
     if problem.is_classical():
         spread, freedom = variance * jnp.eye(p, dtype=values.dtype), jnp.full_like(n, jnp.inf)
     else:
         spread, freedom = _spread(problem, residuals, n, jacobian @ half)
-    infinite = jnp.diag(jnp.where(told, 0.0, jnp.inf))
+    infinite = jnp.diag(jnp.where(bounded, 0.0, jnp.inf))
     covariance = half @ spread @ half.T + infinite
     plain = variance * jnp.sum(half**2, axis=1)
     errors = jnp.sqrt(jnp.diagonal(covariance))
@@ -73,7 +73,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         low=interval.low,
         high=interval.high,
         covariance=covariance,
-        inflation=jnp.where(told, errors / jnp.sqrt(jnp.where(told, plain, 1.0)), 1.0),
+        inflation=jnp.where(bounded, errors / jnp.sqrt(jnp.where(bounded, plain, 1.0)), 1.0),
         freedom=freedom,
         memory=noise.order(loss.score(residuals), n),
         lasting=lasting,
@@ -167,6 +167,5 @@ def _half_inverse(information: Array) -> tuple[Array, Array]:
     floor = len(scale) * jnp.finfo(scale.dtype).eps
     felt = eigenvalues > floor
     half = vectors * jnp.where(felt, 1 / jnp.sqrt(jnp.where(felt, eigenvalues, 1.0)), 0.0)
-    lost = jnp.sum(jnp.where(felt, 0.0, vectors) ** 2, axis=1)
     half = jnp.where(informative[:, None], half / scale[:, None], 0.0)
-    return half, informative & (lost <= _ABSENT)
+    return half, informative & determined(vectors.T, felt)

@@ -7,8 +7,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, ArrayLike, PyTree
+from jaxtyping import ArrayLike, PyTree
 
+from impactjax._known import AnyArray
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._parameter import ranges
@@ -28,15 +29,15 @@ def limit(name: str, value: int) -> int:
     return number
 
 
-def as_number(name: str, value: ArrayLike) -> Array:
-    """A real number."""
+def as_number(name: str, value: ArrayLike) -> AnyArray:
+    """A real number; a known one stays known under `jit`."""
     number = _real(name, value)
     if number.ndim != 0:
         raise ValueError(f"Argument `{name}` must be one number, but its shape is {number.shape}.")
     return number
 
 
-def as_times(ts: ArrayLike) -> Array:
+def as_times(ts: ArrayLike) -> AnyArray:
     """A list of at least one time."""
     times = _real("ts", ts)
     if times.ndim != 1 or times.size == 0:
@@ -46,16 +47,16 @@ def as_times(ts: ArrayLike) -> Array:
     return times
 
 
-def _real(name: str, value: ArrayLike) -> Array:
+def _real(name: str, value: ArrayLike) -> AnyArray:
     array = value if isinstance(value, jax.Array) else np.asarray(value)
     if not (jnp.issubdtype(array.dtype, jnp.floating) or jnp.issubdtype(array.dtype, jnp.integer)):
         raise TypeError(f"Argument `{name}` must be made of real numbers, but it is {value!r}.")
-    return jnp.asarray(array)
+    return array
 
 
 def as_factors(factors: ArrayLike, dtype: np.dtype) -> Factors:
     """The factors of a run, one for each impact."""
-    array = _real("factors", factors).astype(dtype)
+    array = jnp.asarray(_real("factors", factors), dtype)
     if array.ndim != 1 or array.size == 0:
         raise ValueError(
             f"Argument `factors` must be a list of numbers, one for each impact, but its shape is "
@@ -94,7 +95,7 @@ def check_leaves(tree: PyTree) -> None:
             )
 
 
-def check_order(t0: Array, ts: Array) -> None:
+def check_order(t0: AnyArray, ts: AnyArray) -> None:
     """Checks that times are finite and increase, unless they are traced."""
     if isinstance(ts, Tracer) or isinstance(t0, Tracer):
         return
@@ -113,7 +114,7 @@ def check_order(t0: Array, ts: Array) -> None:
         )
 
 
-def check_tolerance(tolerance: Array, dtype: np.dtype) -> None:
+def check_tolerance(tolerance: AnyArray, dtype: np.dtype) -> None:
     """Checks that a tolerance is not below the resolution of the numbers, unless it is traced."""
     if isinstance(tolerance, Tracer):
         return

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractImpactLaw
-from impactjax._simulate.driving import stirred
+from impactjax._simulate.driving import driving_rate
 from impactjax._simulate.flow import Wall, free_acceleration, holding_resistance, walls
 from impactjax._simulate.interval import Interval, bounds
 from impactjax._simulate.state import State
@@ -126,12 +126,9 @@ def _relative_change(
     """Largest relative change of push, resistance and restitution over twice the series' duration,
     height and speeds, relative to the least net push; infinite if that may vanish.
 
-    A base counts as if it took at least a quarter of the push, so that the derivative by a small
-    amplitude is as accurate.
+    What drives the oscillator counts as at least a quarter of the push, so that the derivative by a
+    small amplitude is as accurate.
     """
-    lever = model.oscillator.lever()
-    least = lever * (series.rising + series.falling) / 8
-    model = stirred(model, least)
 
     def pushing(t: Scalar, clearance: Scalar, velocity: Scalar) -> Scalar:
         place = wall.place() + wall.sign * clearance
@@ -149,9 +146,13 @@ def _relative_change(
         Interval(-fast, fast),
     )
     resistance = bounds(resisting, Interval(zero, fast))
+    lever = model.oscillator.lever()
     restitution = bounds(law.restitution, Interval(zero, lever * fast))
     remains = push.low - resistance.high
     change = (push.width() + resistance.width()) / jnp.where(remains > 0, remains, 1.0)
+    place = State(jnp.broadcast_to(wall.place(), jnp.shape(zero)), zero)
+    least = driving_rate(model, t, place) * series.duration() / 2
+    change = jnp.maximum(change, least)
     return jnp.where(remains > 0, change, jnp.inf) + restitution.width()
 
 

@@ -10,7 +10,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 from impactjax._simulate.automaton import Automaton
-from impactjax._simulate.driving import bases, driving_rate, is_driven
+from impactjax._simulate.driving import driving_rate
 from impactjax._simulate.step import AbstractStep, Point
 from impactjax._simulate.varying import alike
 from impactjax._types import Scalar
@@ -32,19 +32,10 @@ def longest_step(
     jacobian, age = _jacobian(automaton, start), (start.t - begun) / step.power
     rates = _rates_of_two if len(jacobian) == 2 else _rates
     fastest, lasting = rates(jacobian, age)
-    lasting = jnp.maximum(lasting, _drive(automaton, start))
+    lasting = jnp.maximum(lasting, driving_rate(automaton.model, start.t, start.y))
     accurate = _over(step.reach(tolerance), lasting)
     stable = _over(step.reach(jnp.ones_like(tolerance)), fastest)
     return jnp.minimum(accurate, stable)
-
-
-def _drive(automaton: Automaton, start: Point) -> Scalar:
-    """The rate of the driving force [rad/s]; zero without one."""
-    model, rate = automaton.model, jnp.zeros_like(start.t)
-    for base in bases(model):
-        rate = jnp.maximum(rate, jnp.abs(base.frequency))
-    own = is_driven(model) and not bases(model)
-    return driving_rate(model, start.t, start.y) if own else rate
 
 
 def _jacobian(automaton: Automaton, start: Point) -> Float[Array, "n n"]:

@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 from jax.extend.core import JaxprEqn
 
-from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._simulate.jaxpr import read
@@ -19,24 +18,6 @@ from impactjax._simulate.state import State
 from impactjax._types import Scalar
 
 _TIME = object()  # marks what depends on time
-
-
-def bases(model: ImpactOscillator) -> list[HarmonicMotion]:
-    """The harmonic motions of the base, of which there is one or none."""
-    parts = jax.tree.leaves(model, is_leaf=_is_base)
-    return [part for part in parts if _is_base(part)]
-
-
-def stirred(model: ImpactOscillator, acceleration: Scalar) -> ImpactOscillator:
-    """The model with a base that is accelerated by `acceleration` [m/s²] at least."""
-
-    def at_least(part: Any) -> Any:  # noqa: ANN401  any part of a model
-        if not _is_base(part):
-            return part
-        amplitude = jnp.maximum(part.amplitude, acceleration / part.frequency**2)
-        return HarmonicMotion(amplitude, part.frequency, part.phase)
-
-    return jax.tree.map(at_least, model, is_leaf=_is_base)
 
 
 def is_driven(model: ImpactOscillator) -> bool:
@@ -52,12 +33,14 @@ def is_driven(model: ImpactOscillator) -> bool:
 
 
 def driving_rate(model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
-    """The fastest rate [rad/s] at which the free acceleration of a standing mass changes with time,
-    by any parameter of the oscillator.
+    """The rate [rad/s] at which the free acceleration of a standing mass changes with time, by any
+    parameter of the oscillator; zero if time does not enter it.
 
     With g(t) the derivative of the acceleration by all parameters together, it is
     √((g‴² + |g″ g⁗|) / (g″² + |g′ g‴|)): Ω for any part a sin(Ω t + φ), λ for any a exp(λ t).
     """
+    if not is_driven(model):
+        return jnp.zeros_like(t)
     numbers, others = eqx.partition(model.oscillator, eqx.is_inexact_array)
     ones = jax.tree.map(jnp.ones_like, numbers)
 
@@ -68,19 +51,17 @@ def driving_rate(model: ImpactOscillator, t: Scalar, y: State) -> Scalar:
 
         return jax.jvp(acceleration, (numbers,), (ones,))[1]
 
-    first = _derivative(response)
-    second = _derivative(first)
-    third = _derivative(second)
-    fourth = _derivative(third)
-    above = third(t) ** 2 + jnp.abs(second(t) * fourth(t))
-    below = second(t) ** 2 + jnp.abs(first(t) * third(t))
+    _, first, second, third, fourth = _derivatives(response, t, 4)
+    above, below = third**2 + jnp.abs(second * fourth), second**2 + jnp.abs(first * third)
     known = jnp.isfinite(above) & jnp.isfinite(below) & (below > 0)
     return jnp.where(known, jnp.sqrt(above / jnp.where(known, below, 1.0)), 0.0)
 
 
-def _derivative(function: Callable[[Scalar], Scalar]) -> Callable[[Scalar], Scalar]:
-    return lambda t: jax.jvp(function, (t,), (jnp.ones_like(t),))[1]
-
-
-def _is_base(part: object) -> bool:
-    return isinstance(part, HarmonicMotion)
+def _derivatives(function: Callable[[Scalar], Scalar], t: Scalar, order: int) -> tuple[Scalar, ...]:
+    """A function's value and its derivatives up to an order."""
+    if order == 0:
+        return (function(t),)
+    lower, rates = jax.jvp(
+        lambda t: _derivatives(function, t, order - 1), (t,), (jnp.ones_like(t),)
+    )
+    return *lower, rates[-1]

@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.flow import walls
+from impactjax._simulate.automaton import Automaton
+from impactjax._simulate.compliant_stop import Surface
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._types import Code, Scalar
 
@@ -35,10 +35,15 @@ class Grading(NamedTuple):
 
 
 def grading_of(automaton: Automaton, y: State, mode: Mode, event: Code) -> Grading:
-    """The grading of a step from `y` that is to end on `event`."""
-    contact = mode.phase == Phase.CONTACT
-    touches = jnp.zeros((), bool)
-    for wall in walls(automaton.model):
-        touches = touches | (contact & (mode.stop == wall.index) & (y.position == wall.place()))
-    flags = touches, contact & (event != NO_EVENT)
+    """The grading of a step from `y` that is to end on `event`.
+
+    A step that ends at a turn, or inside the indentation, has a smooth force there.
+    """
+    begins = ends = jnp.zeros((), bool)
+    for index, each in enumerate(automaton.transitions):
+        if isinstance(each, Surface):
+            here = mode.at(Phase.CONTACT, each.wall.index)
+            begins = begins | (here & (y.position == each.wall.place()))
+            ends = ends | (here & (event == index))
+    flags = begins, ends
     return Grading(*(jax.lax.stop_gradient(flag.astype(y.position.dtype)) for flag in flags))

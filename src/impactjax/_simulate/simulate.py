@@ -82,8 +82,8 @@ def simulate(
     **Raises** `TypeError` for an argument of another type, and `ValueError` for errors that are
     visible before the run: times that are not a strictly increasing list of numbers, a tolerance
     below the floating-point resolution, limits below one, a part of the model that is neither a
-    number nor static. **Raises** `NotAnalytic` for
-    a `TaylorStep` with equations that have no Taylor series. Other failures are in `result`.
+    number nor static. **Raises** `NotAnalytic` for a `TaylorStep` with equations that are not
+    analytic. Other failures are in `result`.
     """
     return simulate_logged(
         model, initial, ts, t0, step, tolerance, max_steps, max_impacts, chatter, None, factors
@@ -114,25 +114,24 @@ def simulate_logged(
     check_numbers(model, initial)
     check_angle(model.oscillator, initial)
     max_steps, max_impacts = limit("max_steps", max_steps), limit("max_impacts", max_impacts)
-    ts = as_times(ts)
-    t0 = ts[0] if t0 is None else as_number("t0", t0)
-    check_order(t0, ts)
+    times = as_times(ts)
+    begin = as_number("t0", times[0] if t0 is None else t0)
+    check_order(begin, times)
     check_leaves((model, initial))
     dtype = jnp.result_type(float, *jax.tree.leaves((model, initial)))
-    if tolerance is None:
-        tolerance = 1e-8 if jnp.finfo(dtype).bits > 32 else 1e-5
-    tolerance = as_number("tolerance", tolerance)
-    check_tolerance(tolerance, dtype)
+    usual = 1e-8 if jnp.finfo(dtype).bits > 32 else 1e-5
+    allowed = as_number("tolerance", usual if tolerance is None else tolerance)
+    check_tolerance(allowed, dtype)
     return _simulate(
-        natural_step(model, tolerance) if step is None else step,
+        natural_step(model, allowed) if step is None else step,
         chatter,
         -(-max_steps // CHUNK) * CHUNK,
         max_impacts,
         _cast(model, dtype),
         _cast(initial, dtype),
-        jnp.asarray(ts, dtype),
-        jnp.asarray(t0, dtype),
-        jnp.asarray(tolerance, dtype),
+        jnp.asarray(times, dtype),
+        jnp.asarray(begin, dtype),
+        jnp.asarray(allowed, dtype),
         logged,
         None if factors is None else as_factors(factors, dtype),
     )
