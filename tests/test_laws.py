@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impactjax as ij
-from impactjax._model.power import power
+from impactjax._model.power import odd_power, power
 from impactjax._simulate.default_step import natural_step
 from tiers import thorough
 
@@ -84,6 +84,14 @@ def test_power_derivatives_vanish_outside_contact(x):
         assert float(function(jnp.asarray(x), jnp.asarray(1.5))) == 0
         assert float(jax.grad(function, argnums=1)(jnp.asarray(x), jnp.asarray(1.5))) == 0
         function = jax.grad(function)
+
+
+@pytest.mark.parametrize("function", [power, odd_power])
+@pytest.mark.parametrize(("exponent", "slope"), [(0.5, 0), (1.0, 1), (1.5, 0), (2.0, 0)])
+def test_slope_of_a_power_at_zero(function, exponent, slope):
+    for known in (exponent, jnp.asarray(exponent)):
+        found = jax.value_and_grad(function)(jnp.asarray(0.0), known)
+        assert [float(each) for each in found] == [0, slope]
 
 
 def test_power_derivatives_in_contact():
