@@ -12,6 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fminbound
 
 import impactjax as ij
+from impactjax._model import separable
+from impactjax._model.lambert import psi
 from tiers import mostly_thorough, thorough
 
 MASS = 0.02
@@ -236,3 +238,28 @@ def test_three_coefficients_of_restitution_agree(name):
 def test_coefficients_without_rebound_are_nan():
     found = ij.coefficients_of_restitution(ij.KelvinVoigt(W, 1.2), 0.73, MASS)
     assert all(np.isnan(coefficient) for coefficient in found)
+
+
+@pytest.mark.parametrize("law", [ij.KelvinVoigt(W, G), ij.Hertz(K), ij.Maxwell(W, G)])
+def test_speed_of_an_impact_must_be_positive(law):
+    for speed in (-1.0, 0.0, np.array([1.0, math.nan])):
+        with pytest.raises(ValueError, match="`speed` must be positive"):
+            law.equivalents(speed, MASS)
+    with pytest.raises(ValueError, match="`mass` must be positive"):
+        law.equivalents(1.0, -MASS)
+
+
+def test_closed_form_is_traced_once_for_all_speeds(monkeypatch):
+    traces = []
+
+    def counted(z):
+        traces.append(z)
+        return psi(z)
+
+    monkeypatch.setattr(separable, "psi", counted)
+    jax.clear_caches()
+    seen = []
+    for speed in (1.0, 2.0):
+        ij.Hertz(K).equivalents(speed, MASS)
+        seen.append(len(traces))
+    assert seen[1] == seen[0] > 0

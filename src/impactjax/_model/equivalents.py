@@ -2,7 +2,12 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
+from jaxtyping import ArrayLike
 
+from impactjax._known import is_known
+from impactjax._parameter import as_parameter
+from impactjax._shown import with_numbers
 from impactjax._types import Energy, Force, Length, Mass, Ratio, Speed, Time
 
 
@@ -22,6 +27,19 @@ class Equivalents(eqx.Module):
     deepest_penetration: Length
     peak_force: Force
     energy_lost: Energy
+
+    __repr__ = with_numbers
+
+
+def approach(speed: ArrayLike, mass: ArrayLike) -> tuple[Speed, Mass]:
+    """Speed [m/s] and mass [kg] of an impact, as parameters.
+
+    **Raises** `ValueError` for known ones that are not positive.
+    """
+    for name, value in (("speed", speed), ("mass", mass)):
+        if is_known(value) and not np.all(np.asarray(value) > 0):
+            raise ValueError(f"Argument `{name}` must be positive.")
+    return as_parameter(speed), as_parameter(mass)
 
 
 def equivalents(

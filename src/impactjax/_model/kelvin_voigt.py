@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import ArrayLike
 
-from impactjax._model.equivalents import Equivalents, equivalents
+from impactjax._model.equivalents import Equivalents, approach, equivalents
 from impactjax._model.law import AbstractMemorylessLaw
 from impactjax._model.linear_contact import (
     arc_ratio,
@@ -61,7 +61,7 @@ class KelvinVoigt(AbstractMemorylessLaw):
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
         """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
-        v, m = as_parameter(speed), as_parameter(mass)
+        v, m = approach(speed, mass)
         return kelvin_voigt_equivalents(self.omega0, self.gamma, self.separation, v, m)
 
 

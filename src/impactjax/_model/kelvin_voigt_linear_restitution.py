@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import ArrayLike
 
-from impactjax._model.equivalents import Equivalents
+from impactjax._model.equivalents import Equivalents, approach
 from impactjax._model.kelvin_voigt import kelvin_voigt_equivalents
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.linear_contact import damping_ratio
@@ -50,5 +50,5 @@ class KelvinVoigtLinearRestitution(AbstractForceLaw):
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
         """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
-        v, m = as_parameter(speed), as_parameter(mass)
+        v, m = approach(speed, mass)
         return kelvin_voigt_equivalents(self.omega0, self.touch(v, m), self.separation, v, m)

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import ArrayLike
 
-from impactjax._model.equivalents import Equivalents, equivalents
+from impactjax._model.equivalents import Equivalents, approach, equivalents
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.linear_contact import arc_ratio, damping_ratio, decay, half_turn
 from impactjax._model.separation import AbstractSeparation, AtZeroForce
@@ -62,7 +62,7 @@ class Maxwell(AbstractForceLaw):
 
     def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
         """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
-        v, m = as_parameter(speed), as_parameter(mass)
+        v, m = approach(speed, mass)
         arc, turn = arc_ratio(self.gamma), half_turn(self.gamma)
         return equivalents(
             v,

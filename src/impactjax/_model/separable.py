@@ -12,12 +12,12 @@ alone, so it does not depend on k.
 
 import functools
 
-import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from impactjax._model.equivalents import Equivalents, equivalents
+from impactjax._model.equivalents import Equivalents, approach, equivalents
 from impactjax._model.lambert import psi, z_over_s
 from impactjax._model.power import Coefficient
 from impactjax._model.root import root
@@ -27,12 +27,15 @@ from impactjax._types import Force, InverseSpeed, Mass, Ratio, Speed
 _SPACING, _REACH = 1 / 24, 132  # tanh-sinh rule: T to 1e-12 for Z up to 50, n up to 9
 
 
-@eqx.filter_jit
 def separable_equivalents(
     k: Coefficient, c: InverseSpeed, n: ArrayLike, speed: ArrayLike, mass: ArrayLike
 ) -> Equivalents:
     """Equivalents of an impact on F = k δⁿ (1 + c δ′)."""
-    n, v, m = as_parameter(n), as_parameter(speed), as_parameter(mass)
+    return _equivalents(k, c, as_parameter(n), *approach(speed, mass))
+
+
+@jax.jit
+def _equivalents(k: Coefficient, c: InverseSpeed, n: Ratio, v: Speed, m: Mass) -> Equivalents:
     z = c * v
     energy = 2 * psi(z)  # energy stored at greatest compression, relative to that for c = 0
     deepest = ((n + 1) * m * v**2 * energy / (2 * k)) ** (1 / (n + 1))
@@ -47,11 +50,15 @@ def separable_restitution(z: Ratio) -> Ratio:
     return root_energy * z_over_s(-z * root_energy)
 
 
-@eqx.filter_jit
 def restitution_damping(r: ArrayLike, speed: ArrayLike) -> InverseSpeed:
     """The c that gives a coefficient of restitution r at a speed [m/s]."""
-    r = as_parameter(r)
-    return root(_inverse_residual, 1.5 * (1 - r), r) / as_parameter(speed)
+    return _impact_number(as_parameter(r)) / as_parameter(speed)
+
+
+@jax.jit
+def _impact_number(r: Ratio) -> Ratio:
+    """The Z = c v that gives a coefficient of restitution r."""
+    return root(_inverse_residual, 1.5 * (1 - r), r)
 
 
 def _inverse_residual(z: Ratio, r: Ratio) -> Ratio:

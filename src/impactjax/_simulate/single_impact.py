@@ -2,17 +2,14 @@
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import ArrayLike
 
-from impactjax._known import is_known
-from impactjax._model.equivalents import Equivalents
+from impactjax._model.equivalents import Equivalents, approach
 from impactjax._model.free_mass import FreeMass
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._model.law import AbstractForceLaw
 from impactjax._model.stop import Stop
-from impactjax._parameter import as_parameter
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 from impactjax._simulate.simulate import simulate
@@ -47,13 +44,11 @@ def single_impact(
     - `mass`: mass, of the speed's shape or one for all [kg].
     - `step`, `tolerance`, `max_steps`: as for `simulate`.
 
-    **Raises** `TypeError` for a law without a force, and `ValueError` for a known speed that is not
-    positive.
+    **Raises** `TypeError` for a law without a force, and `ValueError` for a speed or mass that is
+    known and not positive.
     """
     check_kind("law", law, AbstractForceLaw, "KelvinVoigt(700.0, 0.2)")
-    if is_known(speed) and not np.all(np.asarray(speed) > 0):
-        raise ValueError("Argument `speed` must be positive.")
-    v, m = jnp.broadcast_arrays(as_parameter(speed), as_parameter(mass))
+    v, m = jnp.broadcast_arrays(*approach(speed, mass))
 
     def one(v: Speed, m: Mass) -> Equivalents:
         run = simulate(
