@@ -30,6 +30,9 @@ def beside(sidecar: str, *says: str) -> Bad:
 
 
 RECORDINGS = {
+    "rate beside a clock of another rate": Bad(
+        GOOD, ("clock has 1000 samples", "`sample_rate` out"), b"[read]\nsample_rate = 500\n"
+    ),
     "missing unit": Bad(b"time [s], angle\n0, 1\n", ("line 1", "`angle` has no unit", "write")),
     "unknown unit": Bad(b"time [s], angle [grad]\n0, 1\n", ("line 1", "`grad`", "use one of rad")),
     "unit of another quantity": Bad(b"time [deg], angle [deg]\n0, 1\n", ("line 1", "unit `deg`")),

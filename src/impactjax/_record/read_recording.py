@@ -25,6 +25,7 @@ from impactjax._sensor.quantity import IMPACT_TIME, QUANTITIES
 
 _MANY = 4  # most times to list individually
 _FARTHEST = 1e15  # [s], later times are no times
+_OTHER_RATE = 0.01  # relative difference of a stated rate from that of the clock
 _SINCE_A_DATE = 1e9  # [s], later times count from 1904, 1970 or another date
 
 
@@ -97,6 +98,7 @@ def _recording(table: Table, sidecar: Sidecar) -> tuple[AbstractRecording, list[
         assert read.sample_rate is not None
         ts, since = np.arange(len(values)) / read.sample_rate, []
     _check_increasing(table, ts)
+    _check_rate(table, ts, read.sample_rate)
     inside = _inside(table.path, read.window, ts, "row")
     quantity = QUANTITIES[observed.quantity]
     recording, notes = _samples(table.path, quantity, ts[inside], values[inside], sidecar)
@@ -170,6 +172,18 @@ def _count(which: np.ndarray, noun: str) -> str:
 def _listed(times: np.ndarray) -> str:
     said = ", ".join(f"{time:.3f}" for time in times[:_MANY])
     return f"{said} s" if len(times) <= _MANY else f"{said}, … s ({len(times)} times)"
+
+
+def _check_rate(table: Table, ts: np.ndarray, stated: float | None) -> None:
+    """Refuses a stated rate beside a clock of another rate."""
+    if stated is None or len(ts) < 2:
+        return
+    rate = 1 / float(np.median(np.diff(ts)))
+    if abs(stated / rate - 1) > _OTHER_RATE:
+        problem = f"its clock has {rate:.5g} samples a second, but `sample_rate` is {stated:g}"
+        raise FileError(
+            table.path, None, problem, "correct one of them, or leave `sample_rate` out"
+        )
 
 
 def _check_increasing(table: Table, ts: np.ndarray) -> None:
