@@ -39,18 +39,18 @@ def test_wrong_gain_does_not_falsify_natural_frequency(gain):
     fitted = errors_off(ij.compare(prepared).best.estimate, gain)
     assert set(fitted) == {"omega_n", "r", "gain"}
     assert max(fitted.values()) < 3
-    held = dataclasses.replace(prepared.experiment, free=("offset",))
+    held = dataclasses.replace(prepared.experiment, free=("offset", "drift"))
     assert errors_off(ij.fit(held), gain)["omega_n"] > 3
 
 
 @pytest.mark.parametrize(
     ("angle", "stated", "free"),
     [
-        (LARGE, {}, {"offset", "gain"}),
-        (SMALL, {}, {"offset"}),
-        (LARGE, {"fixed": {"gain": 1.0}}, {"offset"}),
+        (LARGE, {}, {"offset", "drift", "gain"}),
+        (SMALL, {}, {"offset", "drift"}),
+        (LARGE, {"fixed": {"gain": 1.0}}, {"offset", "drift"}),
         (LARGE, {"sensor": ij.Sensor()}, set()),
-        (LARGE, {"oscillator": ij.LinearOscillator(13.0)}, {"offset"}),
+        (LARGE, {"oscillator": ij.LinearOscillator(13.0)}, {"offset", "drift"}),
     ],
 )
 def test_gain_is_fitted_unless_stated_or_untold(angle, stated, free):

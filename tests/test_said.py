@@ -72,7 +72,7 @@ def test_sidecar_says_base_motion(tmp_path):
     assert oscillator.base is not None
     assert float(oscillator.base.amplitude) == 1e-3
     assert {"amplitude", "frequency"} <= experiment.fixed.keys()
-    assert experiment.free == ("phase", "offset")
+    assert experiment.free == ("phase", "offset", "drift")
 
 
 @pytest.mark.parametrize("law", [None, "restitution"])

@@ -175,6 +175,8 @@ class _Rows(NamedTuple):
         columns = [self._slope(motion, field) for field, _, _ in names.values()]
         if "offset" in self.setup.free or self.recording.observes_impacts:
             columns.append(np.ones_like(columns[0]))
+        if "drift" in self.setup.free:
+            columns.append(self.ts)
         if "gain" in self.setup.free:
             columns.append(np.nan_to_num(self._observed(motion)))
         errors = self._bound(np.stack(columns, axis=1))

@@ -18,9 +18,10 @@ def adjusted(
     recording: AbstractRecording, setup: Setup, said: set[str], chosen: bool, notes: list[str]
 ) -> tuple[AbstractRecording, FirstLook, Setup]:
     """The recording with its sign corrected and a hand's part cut off, the first look at it, and
-    the setup with what follows from it. The zero of a motion with impacts is fitted, unless it is
-    stated: an error of half the noise would put stiffnesses outside their intervals. So is its
-    gain where the motion tells it: an error of 3 % would put frequencies outside theirs.
+    the setup with what follows from it. The zero of a motion with impacts and its drift are fitted,
+    unless the zero is stated: an error of half the noise would put stiffnesses outside their
+    intervals. So is its gain where the motion tells it: an error of 3 % would put frequencies
+    outside theirs.
 
     **Arguments:**
 
@@ -37,7 +38,8 @@ def adjusted(
             setup, look = _placed(recording, look, setup, notes)
         hits = not look.swings_freely or look.elsewhere is not None
         if hits:
-            fitted = ("offset", "gain") if _tells_scale(recording, setup) else ("offset",)
+            zero = () if "offset" in said else ("offset", "drift")
+            fitted = (*zero, "gain") if _tells_scale(recording, setup) else zero
             more = [name for name in fitted if name not in said]
             setup = setup._replace(free=(*dict.fromkeys([*setup.free, *more]),))
     if not chosen:

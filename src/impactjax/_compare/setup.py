@@ -101,7 +101,8 @@ def setup_of(
 
 def _measured(sidecar: Sidecar) -> list[str]:
     """Names of the sensor's parameters that a sidecar states and does not ask to fit."""
-    own = {"gain": sidecar.sensor.gain, "offset": sidecar.sensor.offset}
+    sensor = sidecar.sensor
+    own = {"gain": sensor.gain, "offset": sensor.offset, "drift": sensor.drift}
     other = {*sidecar.start, *sidecar.fixed, *sidecar.fit.free}
     return [name for name, value in own.items() if value is not None and name not in other]
 
@@ -150,8 +151,8 @@ def _sensor(own: SensorTable) -> Sensor:
         low_pass = Butterworth(own.cutoff, order=own.order)
     if own.impulse_response is not None and own.interval is not None:
         low_pass = ImpulseResponse(jnp.asarray(own.impulse_response), own.interval)
-    gain, offset = 1.0 if own.gain is None else own.gain, own.offset or 0.0
-    return Sensor(gain, offset, own.delay, own.drift, low_pass, own.sigma, own.quantisation)
+    gain, offset, drift = 1.0 if own.gain is None else own.gain, own.offset or 0.0, own.drift or 0.0
+    return Sensor(gain, offset, own.delay, drift, low_pass, own.sigma, own.quantisation)
 
 
 def _check_suits(file: RecordingFile, oscillator: AbstractOscillator) -> None:
