@@ -263,3 +263,24 @@ def test_closed_form_is_traced_once_for_all_speeds(monkeypatch):
         ij.Hertz(K).equivalents(speed, MASS)
         seen.append(len(traces))
     assert seen[1] == seen[0] > 0
+
+
+def test_derivatives_of_an_impact_are_as_accurate_as_its_values():
+    stiffnesses, speeds = np.geomspace(1e4, 1e8, 40), np.geomspace(5.0, 0.1, 40)
+
+    def outcome(found, v):
+        return jnp.array([found.restitution * v, found.duration, found.deepest_penetration])
+
+    def integrated(k, v):
+        return outcome(ij.single_impact(ij.Hertz(k), v, MASS), v)
+
+    def exact(k, v):
+        return outcome(ij.Hertz(k).equivalents(v, MASS), v)
+
+    size = jax.vmap(exact)(stiffnesses, speeds)
+    found, expected = (
+        jax.vmap(jax.jacfwd(function, (0, 1)))(stiffnesses, speeds)
+        for function in (integrated, exact)
+    )
+    for own, other, scales in zip(found, expected, (stiffnesses, speeds), strict=True):
+        np.testing.assert_array_less(np.abs(own - other) / size * scales[:, None], 1e-8)

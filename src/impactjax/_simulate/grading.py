@@ -47,3 +47,16 @@ def grading_of(automaton: Automaton, y: State, mode: Mode, event: Code) -> Gradi
             ends = ends | (here & (event == index))
     flags = begins, ends
     return Grading(*(jax.lax.stop_gradient(flag.astype(y.position.dtype)) for flag in flags))
+
+
+def time_to_surface(automaton: Automaton, y: State, mode: Mode) -> Scalar:
+    """The time until a mass in a compliant stop is back at its surface, at its present velocity;
+    infinite if it moves inwards.
+    """
+    time = jnp.full_like(y.position, jnp.inf)
+    for each in automaton.transitions:
+        if isinstance(each, Surface):
+            depth, speed = -each.wall.clearance(y.position), each.wall.sign * y.velocity
+            leaves = mode.at(Phase.CONTACT, each.wall.index) & (speed > 0) & (depth > 0)
+            time = jnp.where(leaves, depth / jnp.where(leaves, speed, 1.0), time)
+    return time

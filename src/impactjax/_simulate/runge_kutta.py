@@ -13,7 +13,7 @@ from jaxtyping import Array
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import shortened
 from impactjax._simulate.flow import driven_acceleration
-from impactjax._simulate.grading import Grading, grading_of
+from impactjax._simulate.grading import Grading, grading_of, time_to_surface
 from impactjax._simulate.quintic import watched
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
@@ -26,6 +26,7 @@ _SAFETY = 0.9  # safety factor of the next step
 _SHRINK, _GROW = 0.2, 10.0  # limits of the ratio of successive steps
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
+_CLOSE = 0.5  # time left to the surface after a step in a contact, relative to the step's duration
 _CONFIRM = 0.7  # share of a step that begins a contact, at which it must be accurate too
 _SLOW = 1e-4  # of the largest speed: errors of a slower mass need not be smaller
 
@@ -123,7 +124,11 @@ class RungeKutta(AbstractStep):
         # Of a force that is not smooth at the surface the errors of two powers may cancel in the
         # estimate, but only near one length.
         unconfirmed = plain & (grading.begins > 0) & ~memory.confirms
-        plain = plain & ~unconfirmed
+        # The derivative of such a force is not smooth either, and the estimate does not see its
+        # error: a step must not end much closer to the surface than it is long.
+        left = time_to_surface(automaton, end, start.mode)
+        close = plain & (left < _CLOSE * h)
+        plain = plain & ~unconfirmed & ~close
 
         correction = jnp.where(landed, (fraction - 1) * h, 0.0)
         rate = automaton.flow(start.t + h, end, start.mode)
@@ -136,6 +141,7 @@ class RungeKutta(AbstractStep):
         end = jax.tree.map(lambda y0, y1: jnp.where(accepted, y1, y0), start.y, end)
         retry = jnp.where(found, fraction * h, h * factor)
         retry = jnp.where(unconfirmed, _CONFIRM * h, retry)
+        retry = jnp.where(close, (h + left) / 2, retry)
         retry = jnp.where(accurate & unclear, shortened(h, fraction, start.t), retry)
         following = jnp.where(ends_on_event, 0.0, jnp.where(plain, h * factor, retry))
         target = jnp.where(found & ~unclear & ~ends_on_event & ~plain, event, NO_EVENT)
