@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 import impactjax as ij
+from impactjax._fit.evaluation import evaluate
+from impactjax._fit.fit import best_from
+from impactjax._fit.search import Search
+from impactjax._problem.build_problem import build_problem
 from reference import simulate_rigid
 
 OMEGA_N, ZETA, R = 13.47, 0.0017, 0.6
@@ -70,3 +74,18 @@ def test_forecast_counts_the_fitted_gain():
     errors = {each.name: each.error for each in told.motion}
     for name in ("omega_n", "r", "theta0"):
         assert errors[name] == pytest.approx(fitted[name].standard_error, rel=0.3)
+
+
+def test_drift_moves_only_from_the_minimum_of_the_other_parameters():
+    problem = build_problem(ij.prepare(record(1.0, SMALL), laws=["restitution"]).experiment)
+    drift, tried = problem.names.index("drift"), []
+
+    def seen(problem, u, parts, logs):
+        tried.append(float(u[drift]))
+        return evaluate(problem, u, parts, logs)
+
+    lanes = ij.Starts(3).lanes(problem)
+    estimate = best_from(problem, lanes, ij.LevenbergMarquardt(), Search(seen))
+    first = next(i for i, each in enumerate(tried) if each != 0)
+    assert 10 < first < len(tried) - 1
+    assert abs(estimate["drift"].value) < 4 * estimate["drift"].standard_error

@@ -17,6 +17,8 @@ from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 
+_LATE = ("drift",)  # parameters that can hide a wrong motion
+
 
 def fit(
     experiment: Experiment,
@@ -65,7 +67,8 @@ def best_from(
     search: Search = Search(),
     beside: Lanes | None = None,
 ) -> Estimate[P]:
-    """The estimate of the best of several searches.
+    """The estimate of the best of several searches. Parameters that can hide a wrong motion move
+    only from the best minimum of the others.
 
     **Arguments:**
 
@@ -75,14 +78,20 @@ def best_from(
     """
     own, problem = problem, problem.padded() if is_known(problem) else problem
     everything = np.ones(lanes.shape, bool)
+    moving = everything & ~np.isin(problem.names, _LATE)
+    lanes = namespace(lanes).where(moving, lanes, lanes[:1])
     parts = problem.parts(optimiser.horizons)
-    minima = search.minima(problem, optimiser, Searches(lanes, everything, parts))
+    whole = namespace(parts).broadcast_to(parts[-1], parts.shape)
+    minima = search.minima(problem, optimiser, Searches(lanes, moving, parts))
     if beside is not None:
-        whole = namespace(parts).broadcast_to(parts[-1], parts.shape)
         more = lowest(search.minima(problem, optimiser, Searches(beside, everything, whole)))
         minima = jax.tree.map(_with_last, minima, more)
+    costs = minima.cost
+    if not moving.all():
+        start = lowest(minima).u[None]
+        minima = search.minima(problem, optimiser, Searches(start, everything[:1], whole))
     best = search.best_of(problem, minima, parts)
-    return summarise(problem, best, minima.cost).of(own)
+    return summarise(problem, best, costs).of(own)
 
 
 def scattered(
