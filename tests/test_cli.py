@@ -21,6 +21,7 @@ TRUTH = {
     "theta_dot0": 0.5,
     "offset": 0.0,
     "gain": 1.0,
+    "drift": 0.0,
 }
 ALIKE = ["--duration=0.8", "--rate=500", "--set=length=2"]  # all runs compile the same program
 SWING = [
