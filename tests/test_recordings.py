@@ -160,6 +160,17 @@ def test_sidecar_gives_the_sample_rate_only(tmp_path):
     np.testing.assert_array_equal(found.ts, TIMES)
 
 
+@pytest.mark.parametrize(
+    "ticks",
+    [[0, 3, 7, 10, 13, 17, 20], [0, 10 / 3, 20 / 3, 10, 80, 250 / 3]],
+    ids=["coarse", "gap"],
+)
+def test_sample_rate_beside_a_clock_that_agrees(tmp_path, ticks):
+    text = "time [ms], angle [rad]\n" + "".join(f"{each}, {each}\n" for each in ticks)
+    found = sampled(tmp_path, text, "[read]\nsample_rate = 300\n")
+    np.testing.assert_allclose(found.ts, np.array(ticks) / 1e3, rtol=1e-15)
+
+
 def test_sidecar_names_the_column_of_impact_times(tmp_path):
     sidecar = '[read]\ncolumn = "onset"\nquantity = "impact time"\nunit = "ms"\nwindow = [0.2, 1]\n'
     found = read(tmp_path, "bounce, onset\n0, 127\n1, 314\n2, 491\n", sidecar).recording

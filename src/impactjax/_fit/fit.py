@@ -17,7 +17,7 @@ from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 
-_LATE = ("drift",)  # parameters that can hide a wrong motion
+_LATE = ("drift",)  # parameters that could make up for a wrong motion
 
 
 def fit(
@@ -67,8 +67,8 @@ def best_from(
     search: Search = Search(),
     beside: Lanes | None = None,
 ) -> Estimate[P]:
-    """The estimate of the best of several searches. Parameters that can hide a wrong motion move
-    only from the best minimum of the others.
+    """The estimate of the best of several searches. Parameters that could make up for a wrong
+    motion move only from the best minimum of the others.
 
     **Arguments:**
 
