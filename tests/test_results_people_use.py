@@ -64,6 +64,17 @@ def test_notebooks_show_a_table():
     assert many._repr_html_().startswith("<p>2 fits of x0, x_dot0")
 
 
+def test_comparison_shows_each_fit_and_what_it_costs():
+    _, estimate = line()
+    worse = dataclasses.replace(estimate, aic=estimate.aic + 2.5)
+    fits = ij.Fitted("line", estimate, 0.1), ij.Fitted("other", worse, 0.1)
+    comparison = ij.Comparison("a.csv", fits, notes=("One sample was left out.",))
+    first, *_, last = str(comparison).splitlines()
+    assert (first, last) == ("line, AIC +0.0:", "One sample was left out.")
+    assert "other, AIC +2.5:\n  x0 = " in str(comparison)
+    assert repr(comparison) == "Comparison('a.csv', line, other)"
+
+
 def test_saved_estimate_is_loaded_bit_by_bit(tmp_path):
     _, estimate = line()
     ij.io.save(tmp_path / "line.npz", estimate)

@@ -1,6 +1,7 @@
 """The result of a comparison: models fitted to one recording."""
 
 import dataclasses
+import textwrap
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -65,6 +66,18 @@ class Comparison:
     def best(self) -> Fitted:
         """The fit with the best criterion."""
         return self.fits[0]
+
+    def __repr__(self) -> str:
+        return f"Comparison({self.name!r}, {', '.join(each.name for each in self.fits)})"
+
+    def __str__(self) -> str:
+        least = min((float(each.estimate.aic) for each in self.fits), default=0.0)
+        parts = [
+            f"{each.name}, AIC {float(each.estimate.aic) - least:+.1f}:\n"
+            + textwrap.indent(str(each.estimate), "  ")
+            for each in self.fits
+        ]
+        return "\n".join([*parts, *self.notes])
 
     def __iter__(self) -> Iterator[Fitted]:
         return iter(self.fits)
