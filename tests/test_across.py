@@ -1,4 +1,4 @@
-"""Intervals across laws that cannot be told apart, against mixtures by SciPy."""
+"""Intervals across laws that cannot be distinguished, against mixtures by SciPy."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -109,7 +109,7 @@ def test_laws_of_different_types_share_no_parameter_of_the_law():
 def test_interval_across_laws_is_printed_and_written():
     pair = tuple(ij.Fitted(name, moved(by, 0.0), 0.0) for name, by in (("a", 0.0), ("b", 0.1)))
     (said,) = (each for each in sentences(pair) if "across" in each)
-    assert said.startswith("a and b cannot be told apart and differ in x0: its interval across")
+    assert said.startswith("a and b cannot be distinguished and differ in x0: its interval over")
     rows = parameter_rows(pair)
     assert rows[0][0]["interval"] == rows[1][0]["interval"] in said
     fits = document([ij.Comparison("x", pair)])["fits"]

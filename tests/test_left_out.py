@@ -122,6 +122,6 @@ def test_what_cannot_be_tested_is_refused():
     jitted = eqx.filter_jit(lambda estimate: [each.gain for each in ij.left_out(estimate)])
     with pytest.raises(ValueError, match="outside `jit`"):
         jitted(fitted())
-    failed = eqx.tree_at(lambda each: each.converged, fitted(), np.array(False))
+    failed = eqx.tree_at(lambda each: each.outcome, fitted(), np.array(1))
     with pytest.raises(ValueError, match="did not converge"):
         ij.left_out(failed)

@@ -6,14 +6,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy import linalg
 
 import impactjax as ij
 from estimates import line, swing
 from impactjax._optimise.bounds import to_range, to_unbounded
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
-from impactjax._optimise.minimiser import Bounds, Minimiser, Objective, Point, Quadratic
+from impactjax._optimise.linearisation import Linearisation, linearise
+from impactjax._optimise.minimiser import Bounds, Minimiser, Objective, Point
 from impactjax._parameter import Range
-from tiers import thorough
+from tiers import quick, thorough
 
 RANGES = {
     "any": Range("1", -math.inf, math.inf, False, False),
@@ -48,9 +50,9 @@ def test_lm_bounds_jointly_identified_parameters(slope, xp):
     row = xp.asarray([1.0, slope])
 
     def around(u, left, part):
-        return Quadratic(left**2 / 2, left * row, row[:, None] * row[None, :])
+        return linearise(left**2 / 2, left[None], row[None])
 
-    nothing = Quadratic(xp.asarray(xp.inf), xp.zeros(2), xp.zeros((2, 2)))
+    nothing = Linearisation(xp.asarray(xp.inf), xp.zeros(2), xp.zeros((2, 2)))
     minimiser = Minimiser(
         LevenbergMarquardt(),
         Objective(around, lambda u: u, xp.asarray([1e-8])),
@@ -58,14 +60,76 @@ def test_lm_bounds_jointly_identified_parameters(slope, xp):
         Point(xp.zeros(2), xp.zeros(()), nothing),
     )
     with np.errstate(all="ignore"):
-        state = minimiser.begin(xp.zeros(2))
-        while not state.ended:
-            state = minimiser.told(state, xp.asarray(row @ state.trial - 1))
+        state = minimiser.init(xp.zeros(2))
+        while not state.done:
+            state = minimiser.step(state, xp.asarray(row @ state.trial - 1))
     found = state.minimum
     assert isinstance(found.u, np.ndarray if xp is np else jax.Array)
     assert bool(found.converged)
     assert float(row @ found.u) == pytest.approx(1.0, abs=1e-3)
     assert np.all(np.abs(found.u) < 4)
+
+
+@pytest.mark.parametrize("xp", [np, jnp], ids=["NumPy", "JAX"])
+@pytest.mark.parametrize("damping", [0.0, 1e-3, 10.0])
+def test_damped_step_solves_augmented_least_squares(damping, xp):
+    """With two nearly parallel columns, one without effect and one held; against SciPy's SVD."""
+    random = np.random.default_rng(3)
+    jacobian = random.standard_normal((30, 5))
+    jacobian[:, 1] = jacobian[:, 0] + 1e-3 * jacobian[:, 1]
+    jacobian[:, 3] = 0.0
+    residuals = random.standard_normal(30)
+    lengths = np.linalg.norm(jacobian, axis=0)
+    weights = np.where(np.arange(5) == 4, 0.0, lengths)
+    model = linearise(xp.asarray(0.0), xp.asarray(residuals), xp.asarray(jacobian))
+    moves = [0, 1, 2]
+    below = np.sqrt(damping + 1e-12) * np.diag(lengths[moves])
+    augmented = np.concatenate([jacobian[:, moves], below])
+    expected = linalg.pinv(augmented, rtol=1e-15) @ -np.append(residuals, np.zeros(3))
+    step = model.step(xp.asarray(weights), damping)
+    np.testing.assert_allclose(step[np.array(moves)], expected, rtol=1e-8)
+    np.testing.assert_array_equal(step[np.array([3, 4])], 0.0)
+    left = residuals + jacobian @ np.asarray(step)
+    floor = 1e-12 * np.sum((lengths * np.asarray(step)) ** 2)
+    gain = (residuals @ residuals - left @ left - floor) / 2
+    assert float(model.decrease(step)) == pytest.approx(gain, rel=1e-8)
+
+
+def searched(around, evaluate, start=0.0, most=150, reduction=1e-8):
+    """The minimum of a function of one number."""
+    nothing = Linearisation(np.array(np.inf), np.zeros(1), np.zeros((1, 1)))
+    minimiser = Minimiser(
+        LevenbergMarquardt(max_iterations=most),
+        Objective(around, lambda u: u, np.array([reduction])),
+        Bounds(np.ones(1, bool), np.full(1, np.inf), np.full(1, np.inf)),
+        Point(np.zeros(1), np.zeros(1), nothing),
+    )
+    with np.errstate(all="ignore"):
+        state = minimiser.init(np.array([start]))
+        while not state.done:
+            state = minimiser.step(state, evaluate(state.trial))
+    return state.minimum
+
+
+@quick
+def test_outcome_names_the_cause():
+    def linear(u, left, part):
+        return linearise(left @ left / 2, left, np.ones((1, 1)))
+
+    def uphill(u, left, part):
+        return linearise(left @ left / 2, left, -np.ones((1, 1)))
+
+    def curved(u):
+        return np.array([1.0]) + u**4
+
+    found = {
+        ij.Outcome.CONVERGED: searched(linear, lambda u: u - 1),
+        ij.Outcome.MAX_ITERATIONS: searched(linear, curved, start=1.0, most=3),
+        ij.Outcome.NO_DESCENT: searched(uphill, lambda u: u - 1, reduction=0.0),
+        ij.Outcome.NOT_SIMULATED: searched(linear, lambda u: np.nan * u),
+    }
+    assert {code: int(each.outcome) for code, each in found.items()} == {c: int(c) for c in found}
+    assert [code for code, each in found.items() if each.converged] == [ij.Outcome.CONVERGED]
 
 
 @thorough

@@ -55,7 +55,7 @@ def test_misfit_of_wave_by_straight_line(size):
 
 def test_profile_of_unconverged_fit_identifies_nothing():
     _, found = line()
-    open_ = dataclasses.replace(found, converged=jnp.asarray(False))
+    open_ = dataclasses.replace(found, outcome=jnp.asarray(ij.Outcome.MAX_ITERATIONS))
     same = ij.profiled(open_)
     np.testing.assert_array_equal(same.low, found.low)
 

@@ -11,12 +11,12 @@ from impactjax._optimise.lane_queue import Iteration, in_turn
 
 MANY = 100
 COLLATZ = Iteration(
-    begin=lambda b, n: (n, jnp.zeros_like(n)),
-    go_on=lambda b, n, state: (
+    init=lambda b, n: (n, jnp.zeros_like(n)),
+    step=lambda b, n, state: (
         jnp.where(state[0] % 2 == 0, state[0] // 2, 3 * state[0] + b),
         state[1] + 1,
     ),
-    ended=lambda state: (state[0] == 1) | (state[1] == MANY),
+    done=lambda state: (state[0] == 1) | (state[1] == MANY),
     result=lambda state: {"last": state[0], "steps": state[1][None]},
 )
 
@@ -62,9 +62,9 @@ def test_batch_members_share_one_queue(axes):
 # Heron's iteration for the square root of b, from different places.
 
 HERON = Iteration(
-    begin=lambda b, start: (start, jnp.zeros((), jnp.int32)),
-    go_on=lambda b, start, state: ((state[0] + b / state[0]) / 2, state[1] + 1),
-    ended=lambda state: state[1] == 60,
+    init=lambda b, start: (start, jnp.zeros((), jnp.int32)),
+    step=lambda b, start, state: ((state[0] + b / state[0]) / 2, state[1] + 1),
+    done=lambda state: state[1] == 60,
     result=lambda state: state[0],
 )
 

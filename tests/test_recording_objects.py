@@ -85,14 +85,14 @@ def test_all_invalid_recording_does_not_converge_under_jit():
     """Under `jit`, where nobody can be told."""
 
     @jax.jit
-    def converged(valid):
+    def outcome(valid):
         recording = ij.Recording(TS, TS, ij.Displacement(), valid)
         start = ij.InitialState(0.0, 1.0)
         model = ij.ImpactOscillator(ij.FreeMass())
-        return ij.fit(ij.Experiment(model, recording, start, simulation=SMALL)).converged
+        return ij.fit(ij.Experiment(model, recording, start, simulation=SMALL)).outcome
 
-    assert bool(converged(jnp.ones(4, bool)))
-    assert not bool(converged(jnp.zeros(4, bool)))
+    assert int(outcome(jnp.ones(4, bool))) == ij.Outcome.CONVERGED
+    assert int(outcome(jnp.zeros(4, bool))) == ij.Outcome.TOO_FEW_OBSERVATIONS
 
 
 def test_whole_record_contains_all_samples():

@@ -73,7 +73,9 @@ def test_independence_sentence_names_the_failed_test(left):
     (said, *_) = residual_sentences(leaving(left))
     uncorrelated, as_many_runs = limits(left)
     assert said.startswith("The residuals look") == (uncorrelated and as_many_runs)
-    ljung = re.search(r"sum up to ([\d.e+]+) .*?limit ([\d.e+]+);.*?(-?[\d.]+), at lag (\d+)", said)
+    ljung = re.search(
+        r"statistic is ([\d.e+]+) .*?limit ([\d.e+]+);.*?(-?[\d.]+), at lag (\d+)", said
+    )
     runs = re.search(r"there are (\d+) runs of one sign \(limits (\d+) to (\d+)\)", said)
     assert (ljung is not None) == (as_many_runs or not uncorrelated)
     assert (runs is not None) == (uncorrelated or not as_many_runs)
@@ -87,7 +89,7 @@ def test_independence_sentence_names_the_failed_test(left):
 def test_independence_sentence_names_the_largest_lag(lag):
     """Lag 1 and the runs are as expected, which is not what the sentence may point at."""
     (said, *_) = residual_sentences(leaving(echo(lag, 0.4, lag)))
-    assert said.startswith("The residuals do not look independent")
+    assert said.startswith("The residuals are autocorrelated")
     assert f"at lag {lag})" in said
     assert "runs" not in said
 
@@ -110,19 +112,19 @@ def test_error_inflation_sentence():
     left = leaving(chain(0.9, 1))
     allowed = eqx.tree_at(lambda e: e.inflation, left, jnp.array([0.8, 3.1]))
     (said, *_) = residual_sentences(allowed)
-    assert said.endswith("the errors allow for it, by factors from 0.80 to 3.10.")
+    assert said.endswith("the errors account for this, by factors from 0.80 to 3.10.")
     plain = eqx.tree_at(lambda e: (e.inflation, e.memory), left, (jnp.ones(2), jnp.array(1)))
     (said, *_) = residual_sentences(plain)
-    assert said.endswith("the errors take them as independent all the same.")
+    assert said.endswith("the errors assume independent residuals.")
 
 
 @pytest.mark.parametrize(
     ("left", "says"),
     [
-        (white(1), "like a normal one"),
+        (white(1), "consistent with a normal one"),
         (stats.t.rvs(3, size=COUNT, random_state=2), "with longer tails"),
         (stats.uniform.rvs(size=COUNT, random_state=3), "with shorter tails"),
-        (stats.gamma.rvs(8, size=COUNT, random_state=4), "it is lopsided"),
+        (stats.gamma.rvs(8, size=COUNT, random_state=4), "it is skewed"),
     ],
 )
 def test_normality_sentence_names_the_shape(left, says):
@@ -132,7 +134,7 @@ def test_normality_sentence_names_the_shape(left, says):
     skewed, tailed = COUNT / 6 * stats.skew(left) ** 2, COUNT / 24 * stats.kurtosis(left) ** 2
     limit = stats.chi2.isf(1e-3, 2)
     assert ("not normal" in said) == (skewed + tailed > limit)
-    assert ("lopsided" in said) == (skewed > limit)
+    assert ("it is skewed" in said) == (skewed > limit)
     assert ("tails" in said) == (tailed > limit)
 
 

@@ -116,7 +116,7 @@ def test_sensor_refuses_wrong_arguments(make, words):
 def test_residual_beyond_noise_is_reported(sigma, said):
     found = fit_line(line()[0], sensor=ij.Sensor(sigma=sigma))
     sentences_said = " ".join(sentences([ij.Fitted("free flight", found, 0.0)]))
-    assert ("times the noise that the sensor is said to have" in sentences_said) == said
+    assert ("times the stated noise of the sensor" in sentences_said) == said
 
 
 @pytest.mark.parametrize(("step", "said"), [(0.02, True), (0.002, False)])

@@ -32,7 +32,16 @@ ORDER = [
     "_cli",
 ]
 PUBLIC_FILES = ["io", "plot"]
-GROUND = ["_types", "_known", "_results", "_number_format", "_parameter", "_refusal", "_shown"]
+GROUND = [
+    "_types",
+    "_known",
+    "_results",
+    "_outcome",
+    "_number_format",
+    "_parameter",
+    "_refusal",
+    "_shown",
+]
 
 
 def imports(path: Path) -> list[str]:

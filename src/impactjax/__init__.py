@@ -76,6 +76,7 @@ from impactjax._model.separation import AtZeroForce as AtZeroForce
 from impactjax._model.separation import AtZeroPenetration as AtZeroPenetration
 from impactjax._model.stop import Stop as Stop
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt as LevenbergMarquardt
+from impactjax._outcome import Outcome as Outcome
 from impactjax._parameter import as_optional_parameter as as_optional_parameter
 from impactjax._parameter import as_parameter as as_parameter
 from impactjax._parameter import parameter as parameter

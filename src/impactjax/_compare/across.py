@@ -1,4 +1,4 @@
-"""Intervals across models that the recording cannot tell apart.
+"""Intervals across models that the recording cannot distinguish.
 
 Each model gets its Akaike weight. Its distribution of a parameter is a normal one on each side of
 the estimate, as wide as its own 95 % interval on that side.
@@ -43,7 +43,7 @@ class Across(NamedTuple):
 
 
 def across(estimates: Sequence[Estimate[Problem]]) -> dict[str, Across]:
-    """Intervals of the parameters of the best model, across those that cannot be told apart from
+    """Intervals of the parameters of the best model, across those that cannot be distinguished from
     it, where they are clearly wider than its own.
 
     Parameters of a contact law count as the same only in models with one type of law.

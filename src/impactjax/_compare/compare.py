@@ -22,6 +22,7 @@ from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._outcome import Outcome
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.checks import check_no_priors
 from impactjax._problem.experiment import Experiment
@@ -187,9 +188,8 @@ def _fits(
         better = tuple(small for small, (_, of) in cases.items() if _is_worse(estimate, of))
         if better:
             nothing = jnp.full_like(estimate.verdicts, Verdict.NOT_IDENTIFIED)
-            estimate = dataclasses.replace(
-                estimate, converged=jnp.zeros_like(estimate.converged), verdicts=nothing
-            )
+            worse = jnp.full_like(estimate.outcome, Outcome.WORSE_THAN_SPECIAL_CASE)
+            estimate = dataclasses.replace(estimate, outcome=worse, verdicts=nothing)
         return Fitted(name, estimate, time.perf_counter() - begin, stated, better)
 
     for stage in in_stages({name: each.model for name, each in experiments.items()}):

@@ -16,9 +16,11 @@ from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, known
 from impactjax._number_format import interval, with_error
+from impactjax._outcome import Outcome
 from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._problem.assumptions import Rest, assumptions, given_words, rests
 from impactjax._problem.problem import Problem
+from impactjax._results import RESULTS
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
 
@@ -39,7 +41,7 @@ class Estimate(eqx.Module, Generic[P]):
     - `freedom`: degrees of freedom: effective number of independent observations minus parameters;
       infinite if the sensor's noise is known.
     - `memory`: order of the residuals' autoregression; 0 if they are independent.
-    - `lasting`: true if the residuals are correlated for longer than the noise model allows for.
+    - `lasting`: true if the residuals are autocorrelated over longer times than in the noise model.
       Errors and intervals are then too small, and no parameter is identified.
     - `low`, `high`: ends of the 95 % interval; the end of the range, or infinity, if that side is
       open; NaN if the profile could not be completed.
@@ -54,7 +56,7 @@ class Estimate(eqx.Module, Generic[P]):
       sensor's is known.
     - `misfit`: unexplained share of the record's standard deviation [1] if the model plainly misses
       the record; else 0. For several recordings, the largest.
-    - `converged`: true if the optimiser converged.
+    - `outcome`: `Outcome` number: convergence, or the cause of failure.
     - `iterations`: number of evaluations.
     - `scatter`: scatter of the speed after an impact from impact to impact; `None` if the fit
       assumed none.
@@ -82,7 +84,7 @@ class Estimate(eqx.Module, Generic[P]):
     aic: Float[AnyArray, "..."]
     bic: Float[AnyArray, "..."]
     misfit: Float[AnyArray, "..."]
-    converged: Bool[AnyArray, "..."]
+    outcome: Int[AnyArray, "..."]
     iterations: Int[AnyArray, "..."]
     start_costs: Float[AnyArray, "... starts"]
     scatter: Scatter | None = None
@@ -112,11 +114,29 @@ class Estimate(eqx.Module, Generic[P]):
         return tuple(handle.allowed.unit for handle in self.problem.handles().values())
 
     @property
+    def converged(self) -> Bool[AnyArray, "..."]:
+        """True if the search converged."""
+        return self.outcome == Outcome.CONVERGED
+
+    @property
     def usable(self) -> Bool[AnyArray, "..."]:
         """True if the search converged and the model does not plainly miss the record. If not, no
         parameter is identified.
         """
         return self.converged & (self.misfit == 0)
+
+    @property
+    def cause(self) -> str:
+        """The outcome of a single fit in words: "converged", or why it has no usable result."""
+        self.check_single()
+        outcome = Outcome(int(np.asarray(self.outcome)))
+        if outcome is Outcome.NOT_SIMULATED:
+            return f"not simulated: {_failure(self.problem)}"
+        if outcome is not Outcome.CONVERGED:
+            return f"not converged: {outcome}"
+        if float(self.misfit) > 0:
+            return f"misses the record: {100 * float(self.misfit):.0f} % of its motion is left"
+        return "converged"
 
     @property
     def correlation(self) -> Float[AnyArray, "... parameters parameters"]:
@@ -229,10 +249,16 @@ class Estimate(eqx.Module, Generic[P]):
         return "\n".join([*lines, *scatter, self._summary()])
 
     def _summary(self) -> str:
-        state = "converged" if bool(self.converged) else "not converged"
-        if float(self.misfit) > 0:
-            state += f", but misses the record: {100 * float(self.misfit):.0f} % of it is left"
-        return f"rms residual {float(self.rms):.4g}, {state}"
+        return f"rms residual {float(self.rms):.4g}, {self.cause}"
+
+
+def _failure(problem: AbstractProblem) -> str:
+    """The reason why a simulation from the starting values fails."""
+    for each, _ in problem.each_recording():
+        result = each.recording.result(each.system, each.simulation)
+        if result != RESULTS.successful:
+            return str(RESULTS[result]).split(". ")[0].removesuffix(".")
+    return "the residuals are not finite"
 
 
 def _between(quoted: str) -> str:

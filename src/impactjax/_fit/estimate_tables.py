@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from impactjax._fit.estimate import Estimate
 
 _PER_PARAMETER = ("values", "standard_errors", "low", "high", "verdicts", "inflation")
-_PER_FIT = ("rms", "aic", "bic", "misfit", "converged", "iterations")
+_PER_FIT = ("rms", "aic", "bic", "misfit", "outcome", "iterations")
 
 
 def as_dataframe(parameters: Sequence[FittedParameter]) -> "pandas.DataFrame":

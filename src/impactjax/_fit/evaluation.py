@@ -8,7 +8,7 @@ import jax
 from jaxtyping import Bool, Float
 
 from impactjax._known import AnyArray
-from impactjax._optimise.minimiser import Quadratic, Vector
+from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
 from impactjax._types import Flag
 
@@ -20,11 +20,11 @@ class Evaluated(NamedTuple):
     """Evaluation of a point.
 
     - `answer`: residuals and their Jacobian.
-    - `quadratics`: Gauss-Newton models of the cost, one for each part of the observations.
+    - `models`: linear models of the residuals, one for each part of the observations.
     """
 
     answer: Answer
-    quadratics: Quadratic
+    models: Linearisation
 
 
 Evaluate: TypeAlias = Callable[[AbstractProblem, Vector, Parts, Flag], Evaluated]

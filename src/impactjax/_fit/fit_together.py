@@ -121,7 +121,7 @@ def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Prob
         aic=estimate.aic,
         bic=estimate.bic,
         misfit=problem.misfit(residuals),
-        converged=estimate.converged,
+        outcome=estimate.outcome,
         iterations=estimate.iterations,
         start_costs=estimate.start_costs,
     )

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Int
 
 from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, places
 from impactjax._optimise.gradient_descent import History, begin, step
-from impactjax._problem.abstract_problem import Answer, around
+from impactjax._problem.abstract_problem import Answer
 from impactjax._problem.build_problem import pose
 from impactjax._problem.checks import check_declared, check_no_priors
 from impactjax._problem.experiment import Experiment
@@ -123,9 +123,13 @@ class _Slopes(eqx.Module):
 
 def _slopes(task: Task, numbers: Numbers) -> _Slopes:
     answer = task.answer(numbers)
-    cost, gradient, curvature = around(task.problem.loss, answer)
+    loss, residuals, jacobian = task.problem.loss, answer.residuals, answer.jacobian
+    assert jacobian is not None
+    weighted = loss.weight(residuals)[:, None] * jacobian
+    gradient, curvature = weighted.T @ residuals, weighted.T @ jacobian
     least = jnp.finfo(numbers.dtype).eps * jnp.trace(curvature)
     bounds = jnp.abs(gradient) + jnp.where(least > 0, least, 1.0)
+    cost = jnp.sum(loss.cost(residuals))
     return _Slopes(answer, cost, gradient, curvature + jnp.diag(bounds))
 
 

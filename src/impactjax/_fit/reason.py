@@ -17,11 +17,11 @@ _WORDS = (
     "its interval is open above",
     "its interval is open below",
     "its interval is open on both sides",
-    "the recorded quantity does not depend on it",
+    "the record does not depend on it",
     "the search did not converge",
     "the model misses the record",
-    "the residuals are correlated for longer than the errors allow for",
-    "the search for an end of its interval could not go on",
+    "the residuals are autocorrelated over longer times than the noise model covers",
+    "the search for an end of its interval failed",
 )
 
 

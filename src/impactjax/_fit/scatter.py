@@ -30,6 +30,7 @@ from impactjax._fit.search import Search
 from impactjax._fit.uncertainty import verdicts, within_ranges
 from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._outcome import Outcome
 from impactjax._problem.padding import padded_size
 from impactjax._problem.problem import Problem
 from impactjax._simulate.impact_log import ImpactLog
@@ -227,8 +228,11 @@ def _estimate(
     residuals, p = point.residuals, len(problem.names)
     n = _count(problem, residuals)
     missed = problem.misfit(residuals)
-    converged = estimate.converged & found.settled & jnp.all(jnp.isfinite(residuals))
-    usable = converged & (missed == 0)
+    settled = found.settled & jnp.all(jnp.isfinite(residuals))
+    outcome = jnp.where(
+        estimate.converged & ~settled, Outcome.SCATTER_UNSETTLED, estimate.outcome
+    ).astype(jnp.int32)
+    usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = problem.noise.lasts(residuals, n)
     interval = within_ranges(problem, found.low, found.high)
     infinite = jnp.diag(jnp.where(found.determined, 0.0, jnp.inf))
@@ -253,6 +257,6 @@ def _estimate(
         aic=2 * parameters - 2 * found.likelihood,
         bic=jnp.log(n) * parameters - 2 * found.likelihood,
         misfit=missed,
-        converged=converged,
+        outcome=outcome,
         scatter=found.scatter,
     )

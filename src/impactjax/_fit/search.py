@@ -14,6 +14,7 @@ from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._optimise.bounds import farthest_move
 from impactjax._optimise.lane_queue import Iteration, in_turn
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._optimise.minimiser import (
     Bounds,
     Count,
@@ -22,9 +23,7 @@ from impactjax._optimise.minimiser import (
     Minimum,
     Objective,
     Point,
-    Quadratic,
     State,
-    Vector,
 )
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
 
@@ -92,11 +91,11 @@ def _known(
     """
     starts, parts = searches.starts, jnp.asarray(searches.parts)
     count = starts.shape[1]
-    infinite = Quadratic(np.array(np.inf), np.zeros(count), np.zeros((count, count)))
+    infinite = Linearisation(np.array(np.inf), np.zeros(count), np.zeros((count, count)))
 
-    def around(u: Vector, answer: Evaluated | None, part: Count) -> Quadratic:
+    def around(u: Vector, answer: Evaluated | None, part: Count) -> Linearisation:
         del u
-        return infinite if answer is None else jax.tree.map(lambda x: x[part], answer.quadratics)
+        return infinite if answer is None else jax.tree.map(lambda x: x[part], answer.models)
 
     def minimiser(start: Vector, active: Mask) -> Minimiser[Evaluated | None]:
         objective = Objective(
@@ -108,15 +107,15 @@ def _known(
     no, answers = jnp.zeros((), bool), []
     with np.errstate(all="ignore"):
         each = [minimiser(*lane) for lane in zip(starts, searches.active, strict=True)]
-        states = [own.begin(start) for own, start in zip(each, starts, strict=True)]
-        while going := [i for i, state in enumerate(states) if not state.ended]:
+        states = [own.init(start) for own, start in zip(each, starts, strict=True)]
+        while going := [i for i, state in enumerate(states) if not state.done]:
             # Dispatch all evaluations before waiting for the first.
             answers = [evaluate(problem, jnp.asarray(states[i].trial), parts, no) for i in going]
             if not is_known(answers):
                 return None
             answers = known(answers)
             for i, answer in zip(going, answers, strict=True):
-                states[i] = each[i].told(states[i], answer)
+                states[i] = each[i].step(states[i], answer)
     return _stacked([state.minimum for state in states], answers[0])
 
 
@@ -147,20 +146,20 @@ def _traced(
         )
         shapes = jax.eval_shape(lambda u: answering(problem, u), start)
         answer = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
-        quadratic = problem.around(start, answer, parts[0])
-        infinite = jax.tree.map(jnp.zeros_like, quadratic)
-        infinite = eqx.tree_at(lambda x: x.cost, infinite, jnp.full_like(quadratic.cost, jnp.inf))
+        model = problem.around(start, answer, parts[0])
+        infinite = jax.tree.map(jnp.zeros_like, model)
+        infinite = eqx.tree_at(lambda x: x.cost, infinite, jnp.full_like(model.cost, jnp.inf))
         nothing = Point(start, answer, infinite)
         return Minimiser(optimiser, objective, _bounds(problem, start, on), nothing)
 
-    def go_on(arrays: PyTree, lane: tuple[Vector, Mask], state: State) -> State:
+    def step(arrays: PyTree, lane: tuple[Vector, Mask], state: State) -> State:
         (problem, _, answering) = eqx.combine(arrays, other)
-        return minimiser(arrays, lane).told(state, answering(problem, state.trial))
+        return minimiser(arrays, lane).step(state, answering(problem, state.trial))
 
     iteration = Iteration(
-        begin=lambda arrays, lane: minimiser(arrays, lane).begin(lane[0]),
-        go_on=go_on,
-        ended=lambda state: state.ended,
+        init=lambda arrays, lane: minimiser(arrays, lane).init(lane[0]),
+        step=step,
+        done=lambda state: state.done,
         result=lambda state: state.minimum,
     )
     return in_turn(iteration, arrays, (starts, active))

@@ -18,6 +18,7 @@ from impactjax._fit.determined import determined
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.minimiser import Minimum
+from impactjax._outcome import Outcome
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
 from impactjax._types import Scalar
 
@@ -59,9 +60,9 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     interval = within_ranges(problem, values - half_width, values + half_width)
     size = squares / n if known is None else known
     simulated = jnp.isfinite(squares)
-    converged = minimum.converged & (count > p)
+    outcome = jnp.where(count > p, minimum.outcome, Outcome.TOO_FEW_OBSERVATIONS)
     missed = problem.misfit(residuals)
-    usable = converged & (missed == 0)
+    usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = noise.lasts(loss.score(residuals), n)
     likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2 - problem.log_units
     likelihood = jnp.where(simulated, likelihood, -jnp.inf)
@@ -85,7 +86,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
         aic=2 * found - 2 * likelihood,
         bic=jnp.log(n) * found - 2 * likelihood,
         misfit=missed,
-        converged=converged,
+        outcome=outcome.astype(jnp.int32),
         iterations=minimum.iterations,
         start_costs=start_costs,
     )
@@ -114,7 +115,7 @@ def within_ranges(problem: AbstractProblem, low: Array, high: Array) -> Interval
 
 def verdicts(below: Array, above: Array, lasting: Array) -> Array:
     """Verdicts on parameters, from masks of those bounded from below and from above. None is
-    identified if the residuals are correlated for longer than their noise model allows for.
+    identified if the residuals are autocorrelated over longer times than in their noise model.
     """
     bounded = jnp.where(lasting, Verdict.UNDECIDED, Verdict.IDENTIFIED)
     both = jnp.where(below & above, bounded, Verdict.ONE_SIDED)

@@ -35,15 +35,15 @@ R = TypeVar("R", bound=PyTree)
 class Iteration(Generic[Data, Lane, S, R]):
     """An iteration as four functions.
 
-    - `begin`: the first state.
-    - `go_on`: the next state.
-    - `ended`: true if a state is the last.
+    - `init`: the first state.
+    - `step`: the next state.
+    - `done`: true if a state is the last.
     - `result`: the result, from the last state.
     """
 
-    begin: Callable[[Data, Lane], S]
-    go_on: Callable[[Data, Lane, S], S]
-    ended: Callable[[S], Flag]
+    init: Callable[[Data, Lane], S]
+    step: Callable[[Data, Lane, S], S]
+    done: Callable[[S], Flag]
     result: Callable[[S], R]
 
 
@@ -86,9 +86,9 @@ def _side_by_side(iteration: Iteration[Data, Lane, S, R], data: Data, lanes: Lan
 
     def one(lane: Lane) -> R:
         end = jax.lax.while_loop(
-            lambda state: ~iteration.ended(state),
-            lambda state: iteration.go_on(data, lane, state),
-            iteration.begin(data, lane),
+            lambda state: ~iteration.done(state),
+            lambda state: iteration.step(data, lane, state),
+            iteration.init(data, lane),
         )
         return iteration.result(end)
 
@@ -152,9 +152,9 @@ class _Queue(NamedTuple):
     results: PyTree
 
 
-def _kept(results: R, lane: Int[Array, " slots"], ended: Bool[Array, " slots"], found: R) -> R:
+def _kept(results: R, lane: Int[Array, " slots"], done: Bool[Array, " slots"], found: R) -> R:
     """The results, with those of the lanes that ended written in place one after the other."""
-    slots = jnp.argsort(~ended)
+    slots = jnp.argsort(~done)
 
     def write(k: Int[Array, ""], results: R) -> R:
         slot = slots[k]
@@ -164,7 +164,7 @@ def _kept(results: R, lane: Int[Array, " slots"], ended: Bool[Array, " slots"], 
             found,
         )
 
-    return jax.lax.fori_loop(0, jnp.sum(ended), write, results)
+    return jax.lax.fori_loop(0, jnp.sum(done), write, results)
 
 
 def _run(
@@ -180,30 +180,30 @@ def _run(
         row = 0 if alone else group[i]
         return jax.tree.map(lambda x: x[row], data), jax.tree.map(lambda x: x[i], lanes)
 
-    def begin(i: Int[Array, ""]) -> S:
-        return iteration.begin(*given(i))
+    def init(i: Int[Array, ""]) -> S:
+        return iteration.init(*given(i))
 
-    def go_on(i: Int[Array, ""], state: S) -> S:
-        return iteration.go_on(*given(i), state)
+    def step(i: Int[Array, ""], state: S) -> S:
+        return iteration.step(*given(i), state)
 
     def turn(queue: _Queue) -> _Queue:
         lane, states, following, results = queue
-        states = jax.vmap(go_on)(jnp.minimum(lane, count - 1), states)
-        ended = jax.vmap(iteration.ended)(states)
+        states = jax.vmap(step)(jnp.minimum(lane, count - 1), states)
+        done = jax.vmap(iteration.done)(states)
         found = jax.vmap(iteration.result)(states)
-        results = _kept(results, lane, ended & (lane < count), found)
-        lane = jnp.where(ended, following + jnp.cumsum(ended, dtype=jnp.int32) - 1, lane)
-        fresh = jax.vmap(begin)(jnp.minimum(lane, count - 1))
+        results = _kept(results, lane, done & (lane < count), found)
+        lane = jnp.where(done, following + jnp.cumsum(done, dtype=jnp.int32) - 1, lane)
+        fresh = jax.vmap(init)(jnp.minimum(lane, count - 1))
         states = jax.tree.map(
-            lambda new, old: jnp.where(ended.reshape(-1, *(1,) * (new.ndim - 1)), new, old),
+            lambda new, old: jnp.where(done.reshape(-1, *(1,) * (new.ndim - 1)), new, old),
             fresh,
             states,
         )
-        return _Queue(lane, states, following + jnp.sum(ended, dtype=jnp.int32), results)
+        return _Queue(lane, states, following + jnp.sum(done, dtype=jnp.int32), results)
 
     first = jnp.arange(_slots(count), dtype=jnp.int32)
-    states = jax.vmap(begin)(first)
-    shapes = jax.eval_shape(lambda: iteration.result(begin(jnp.int32(0))))
+    states = jax.vmap(init)(first)
+    shapes = jax.eval_shape(lambda: iteration.result(init(jnp.int32(0))))
     results = jax.tree.map(lambda x: jnp.zeros((count, *x.shape), x.dtype), shapes)
     queue = _Queue(first, states, jnp.int32(first.size), results)
     return jax.lax.while_loop(lambda queue: jnp.any(queue.lane < count), turn, queue).results

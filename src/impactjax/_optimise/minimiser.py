@@ -1,8 +1,9 @@
 """Nonlinear least squares by the Levenberg-Marquardt method, one evaluation at a time.
 
-A search is a state and two functions: the state names the next point to evaluate, and `told` takes
-the result of that evaluation to the next state. The caller evaluates the residuals. So the same
-code runs in NumPy, with many searches evaluated in one call, and inside a program that JAX traces.
+A search is a state and two functions: `init` makes the first state, which names a point to
+evaluate, and `step` takes the result of that evaluation to the next state, until that is `done`.
+The caller evaluates the residuals. So the same code runs in NumPy, with many searches evaluated in
+one call, and inside a program that JAX traces.
 
 Source: H. B. Nielsen (1999), "Damping parameter in Marquardt's method", IMM-REP-1999-05, Technical
 University of Denmark, for the damping; K. Madsen, H. B. Nielsen and O. Tingleff (2004), "Methods
@@ -19,29 +20,19 @@ from jaxtyping import Bool, Float, Int
 
 from impactjax._known import AnyArray, either, is_known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._optimise.linearisation import Linearisation, Vector
+from impactjax._outcome import Outcome
 
 _TIE = 0.001  # share of the strongest curvature in the damping of each parameter
 _GROWTH = 2.0  # Nielsen's ν: factor of the damping when a step is rejected for the first time
 _OPEN = 1e-3  # share of the cost that a search does not leave to be gained
-_TOO_MUCH, _LEAST_DAMPING = 1e12, 1e-12
+_TOO_MUCH = 1e12  # damping at which a search gives up
 
 T = TypeVar("T")
-Vector = Float[AnyArray, " parameters"]
-Matrix = Float[AnyArray, "parameters parameters"]
 Mask = Bool[AnyArray, " parameters"]
 Number = Float[AnyArray, ""]
 Flag = Bool[AnyArray, ""]
 Count = Int[AnyArray, ""]
-
-
-class Quadratic(eqx.Module):
-    """Gauss-Newton model of the cost around a point, in the optimiser's coordinates:
-    F(u + p) ≈ F + gᵀ p + pᵀ H p / 2 with g = Jᵀ r and H = Jᵀ J.
-    """
-
-    cost: Float[AnyArray, "..."]  # Σ r² / 2
-    gradient: Float[AnyArray, "... parameters"]
-    curvature: Float[AnyArray, "... parameters parameters"]  # Gauss-Newton
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -49,12 +40,13 @@ class Objective(Generic[T]):
     """Function to be minimised: the cost of growing parts of the observations, of which the last is
     the whole.
 
-    - `around`: the Gauss-Newton model of a part around a point, from the evaluation of that point.
+    - `around`: the linear model of the residuals of a part around a point, from the evaluation of
+      that point.
     - `onwards`: the start of the search in the next part, from the minimum of the previous one.
     - `reductions`: for each part, the relative decrease of the cost that counts as convergence.
     """
 
-    around: Callable[[Vector, T, Count], Quadratic]
+    around: Callable[[Vector, T, Count], Linearisation]
     onwards: Callable[[Vector], Vector]
     reductions: Float[AnyArray, " parts"]
 
@@ -79,8 +71,13 @@ class Minimum(eqx.Module, Generic[T]):
     u: Float[AnyArray, "... parameters"]
     answer: T
     cost: Float[AnyArray, "..."]
-    converged: Bool[AnyArray, "..."]
+    outcome: Int[AnyArray, "..."]  # an `Outcome` number
     iterations: Int[AnyArray, "..."]
+
+    @property
+    def converged(self) -> Bool[AnyArray, "..."]:
+        """True if the search converged."""
+        return self.outcome == Outcome.CONVERGED
 
 
 class Point(eqx.Module, Generic[T]):
@@ -88,12 +85,12 @@ class Point(eqx.Module, Generic[T]):
 
     u: Vector
     answer: T
-    quadratic: Quadratic
+    model: Linearisation
 
     @property
     def is_known(self) -> Flag:
         """True if the point was evaluated and has a finite cost."""
-        return namespace(self.u).isfinite(self.quadratic.cost)
+        return namespace(self.u).isfinite(self.model.cost)
 
 
 class State(eqx.Module, Generic[T]):
@@ -101,11 +98,11 @@ class State(eqx.Module, Generic[T]):
 
     - `best`: the lowest point so far; before the first evaluation, the start.
     - `trial`: the point to evaluate next.
-    - `predicted`: decrease of the cost from `best` to `trial` in the Gauss-Newton model.
+    - `predicted`: decrease of the cost from `best` to `trial` in the linear model.
     - `damping`, `growth`: λ, and Nielsen's ν, by which λ grows if the trial is rejected.
     - `part`: index of the part of the observations that is being fitted.
     - `left`: evaluations left for this part.
-    - `converged`, `ended`: for this part; a search that failed has ended without convergence.
+    - `converged`, `done`: for this part; a search that failed is done without convergence.
     """
 
     best: Point[T]
@@ -116,29 +113,37 @@ class State(eqx.Module, Generic[T]):
     part: Count
     left: Count
     converged: Flag
-    ended: Flag
+    done: Flag
     iterations: Count
 
     @property
     def minimum(self) -> Minimum[T]:
-        """The result of a search that has ended."""
+        """The result of a search that is done."""
         best = self.best
-        return Minimum(best.u, best.answer, best.quadratic.cost, self.converged, self.iterations)
+        return Minimum(best.u, best.answer, best.model.cost, self.outcome, self.iterations)
+
+    @property
+    def outcome(self) -> Count:
+        """The `Outcome` number of a search that is done."""
+        xp, simulated = namespace(self.trial), self.best.is_known
+        failed = xp.where(self.left == 0, Outcome.MAX_ITERATIONS, Outcome.NO_DESCENT)
+        failed = xp.where(simulated, failed, Outcome.NOT_SIMULATED)
+        return xp.where(self.converged, Outcome.CONVERGED, failed).astype(np.int32)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Minimiser(Generic[T]):
     """Levenberg-Marquardt search, one evaluation at a time.
 
-    Step: p = −(H + λ S)⁻¹ g, with S the diagonal of H plus a small share of its strongest entry;
-    shortened as a whole where it exceeds `Bounds.reach`.
+    Step: the p that minimises ‖r + J p‖² + λ pᵀ S p, with S the diagonal of Jᵀ J plus a small share
+    of its strongest entry; shortened as a whole where it exceeds `Bounds.reach`.
 
     Damping: with the gain ratio ρ = actual decrease / predicted decrease, an accepted step gives
     λ ← λ max(1/3, 1 − (2ρ − 1)³); a rejected one gives λ ← ν λ and ν ← 2ν.
 
     Convergence: the predicted and the actual decrease of the last step are both at most
-    `reduction` × cost, and so is the expected decrease by an undamped Gauss-Newton step. On every
-    part but the last this expected decrease alone is enough.
+    `reduction` × cost. On every part but the last it is enough that a Gauss-Newton step would gain
+    no more than that.
 
     A parameter whose curvature is negligible over its longest step is held for this iteration. A
     point whose cost is not finite is never accepted.
@@ -151,19 +156,19 @@ class Minimiser(Generic[T]):
     bounds: Bounds
     nothing: Point[T]
 
-    def begin(self, start: Vector) -> State[T]:
+    def init(self, start: Vector) -> State[T]:
         """State before the first evaluation."""
         zero = namespace(start).zeros((), np.int32)
         return self._fresh(dataclasses.replace(self.nothing, u=start), zero, zero)
 
-    def told(self, state: State[T], answer: T) -> State[T]:
-        """State after the evaluation of the trial point. A part of the observations that has
-        ended is followed by the next one.
+    def step(self, state: State[T], answer: T) -> State[T]:
+        """State after the evaluation of the trial point. A part of the observations that is done
+        is followed by the next one.
         """
-        quadratic = self.objective.around(state.trial, answer, state.part)
-        state = self._learned(state, Point(state.trial, answer, quadratic))
+        model = self.objective.around(state.trial, answer, state.part)
+        state = self._learned(state, Point(state.trial, answer, model))
         for _ in range(self.objective.reductions.shape[0] - 1):
-            over = state.ended & self._is_early(state.part)
+            over = state.done & self._is_early(state.part)
             state = either(over, lambda state=state: self._next_part(state), state)
         return self._proposed(state)
 
@@ -186,15 +191,15 @@ class Minimiser(Generic[T]):
     def _proposed(self, state: State[T]) -> State[T]:
         """State with its next trial point: the best point itself if it was not yet evaluated."""
         xp, best = namespace(state.trial), state.best
-        moving = _moving(best.quadratic, self.bounds, self._small(best, state.part))
-        move = _move(best.quadratic, state.damping, moving, self.bounds)
+        moving = _moving(best.model, self.bounds, self._small(best, state.part))
+        move = _move(best.model, state.damping, moving, self.bounds)
         move = xp.where(best.is_known, move, 0.0)
-        predicted = _predicted(best.quadratic, move)
+        predicted = best.model.decrease(move)
         return dataclasses.replace(state, trial=best.u + move, predicted=predicted)
 
     def _learned(self, state: State[T], trial: Point[T]) -> State[T]:
         xp, best, predicted = namespace(state.trial), state.best, state.predicted
-        gained = best.quadratic.cost - trial.quadratic.cost
+        gained = best.model.cost - trial.model.cost
         accepted = trial.is_known & (gained > 0)
         ratio = gained / xp.where(predicted > 0, predicted, 1.0)
         easier = xp.maximum(1 / 3, 1 - (2 * ratio - 1) ** 3)
@@ -204,7 +209,7 @@ class Minimiser(Generic[T]):
         flat = (predicted <= small) & (xp.where(accepted, gained, 0.0) <= small)
         lowest = either(accepted, lambda: trial, best)
         # With it in a traced search, XLA's multi-output fusion aborts (JAX 0.10).
-        settled = self._is_settled(lowest.quadratic) if is_known(lowest.quadratic) else True
+        settled = self._is_settled(lowest.model) if is_known(lowest.model) else True
         found = (best.is_known & flat & settled) | self._is_enough(lowest, state.part)
         hopeless = (~best.is_known & ~accepted) | (damping > _TOO_MUCH) | (state.left == 1)
         return dataclasses.replace(
@@ -214,81 +219,59 @@ class Minimiser(Generic[T]):
             growth=xp.where(accepted, _GROWTH, 2 * state.growth),
             left=state.left - 1,
             converged=found,
-            ended=found | hopeless,
+            done=found | hopeless,
             iterations=state.iterations + 1,
         )
 
-    def _is_settled(self, quadratic: Quadratic) -> Flag:
+    def _is_settled(self, model: Linearisation) -> Flag:
         """True unless damping alone makes a step small, beside a parameter at the end of its range.
 
         Such a parameter has an undamped step beyond its reach. The search goes on if holding it
         there leaves the others more than a share `_OPEN` of the cost to gain.
         """
-        xp, active = namespace(quadratic.cost), self.bounds.active
-        moving = active & (_diagonal(quadratic.curvature) > 0)
-        scale = _diagonal(quadratic.curvature)
-        far = xp.abs(_damped(quadratic, moving, scale, _LEAST_DAMPING)) > self.bounds.reach
-        gain = _expected_gain(quadratic, moving & ~far)
-        return ~(xp.any(far) & (gain > _OPEN * quadratic.cost))
+        xp, moving = namespace(model.cost), self.bounds.active & (model.curvature > 0)
+        far = xp.abs(_undamped(model, moving)) > self.bounds.reach
+        gain = _expected_gain(model, moving & ~far)
+        return ~(xp.any(far) & (gain > _OPEN * model.cost))
 
     def _is_enough(self, best: Point[T], part: Count) -> Flag:
         """True if this part is not the last and is fitted well enough."""
         small = self._small(best, part)
-        gain = _expected_gain(best.quadratic, _moving(best.quadratic, self.bounds, small))
+        gain = _expected_gain(best.model, _moving(best.model, self.bounds, small))
         return self._is_early(part) & best.is_known & (gain <= small)
 
     def _is_early(self, part: Count) -> Flag:
         return part < self.objective.reductions.shape[0] - 1
 
     def _small(self, best: Point[T], part: Count) -> Number:
-        return self.objective.reductions[part] * best.quadratic.cost
+        return self.objective.reductions[part] * best.model.cost
 
 
-def _moving(quadratic: Quadratic, bounds: Bounds, small: Number) -> Mask:
+def _moving(model: Linearisation, bounds: Bounds, small: Number) -> Mask:
     """Mask of the active parameters whose longest step would change the cost noticeably:
-    Hᵢᵢ reachᵢ² > small.
+    (Jᵀ J)ᵢᵢ reachᵢ² > small.
     """
-    felt = _diagonal(quadratic.curvature) * bounds.reach**2 > small
-    return bounds.active & felt
+    return bounds.active & (model.curvature * bounds.reach**2 > small)
 
 
-def _diagonal(matrix: Matrix) -> Vector:
-    return namespace(matrix).diagonal(matrix)
-
-
-def _move(quadratic: Quadratic, damping: Number, moving: Mask, bounds: Bounds) -> Vector:
-    xp, usual = namespace(quadratic.curvature), bounds.usual
-    diagonal, tied = _diagonal(quadratic.curvature), moving & xp.isfinite(usual)
-    strongest = xp.max(xp.where(tied, diagonal * usual**2, 0.0))
-    scale = diagonal + _TIE * strongest / usual**2
-    move = -_damped(quadratic, moving, scale, damping)
+def _move(model: Linearisation, damping: Number, moving: Mask, bounds: Bounds) -> Vector:
+    xp, usual = namespace(model.rest), bounds.usual
+    tied = moving & xp.isfinite(usual)
+    strongest = xp.max(xp.where(tied, model.curvature * usual**2, 0.0))
+    move = model.step(_weights(model.curvature + _TIE * strongest / usual**2, moving), damping)
     return move / xp.maximum(xp.max(xp.abs(move) / bounds.reach), 1.0)
 
 
-def _damped(quadratic: Quadratic, moving: Mask, scale: Vector, damping: Number | float) -> Vector:
-    """(H + λ S)⁻¹ g over the parameters that move, with the diagonal S as a vector."""
-    xp = namespace(scale)
-    root = xp.sqrt(xp.where(scale > 0, scale, 1.0))
-    both = moving[:, None] & moving[None, :]
-    unit = xp.eye(scale.shape[0], dtype=scale.dtype)
-    scaled = xp.where(both, quadratic.curvature / (root[:, None] * root[None, :]), unit)
-    gradient = xp.where(moving, quadratic.gradient / root, 0.0)
-    return _solved(scaled + damping * unit, gradient) / root
+def _undamped(model: Linearisation, moving: Mask) -> Vector:
+    """The Gauss-Newton step of the parameters that move."""
+    return model.step(_weights(model.curvature, moving), 0.0)
 
 
-def _solved(matrix: Matrix, vector: Vector) -> Vector:
-    """A⁻¹ b; NaN if A is singular."""
-    try:
-        return namespace(matrix).linalg.solve(matrix, vector)
-    except np.linalg.LinAlgError:
-        return np.full_like(vector, np.nan)
+def _expected_gain(model: Linearisation, moving: Mask) -> Number:
+    """Decrease of the cost by a Gauss-Newton step."""
+    return model.decrease(_undamped(model, moving))
 
 
-def _predicted(quadratic: Quadratic, move: Vector) -> Number:
-    return -(quadratic.gradient @ move) - move @ quadratic.curvature @ move / 2
-
-
-def _expected_gain(quadratic: Quadratic, moving: Mask) -> Number:
-    """Decrease of the cost by an undamped Gauss-Newton step: gᵀ H⁻¹ g / 2."""
-    scale = _diagonal(quadratic.curvature)
-    return quadratic.gradient @ _damped(quadratic, moving, scale, _LEAST_DAMPING) / 2
+def _weights(squares: Vector, moving: Mask) -> Vector:
+    xp = namespace(squares)
+    return xp.where(moving, xp.sqrt(xp.where(moving, squares, 1.0)), 0.0)

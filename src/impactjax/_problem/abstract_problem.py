@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._known import AnyArray, namespace
 from impactjax._optimise.bounds import slope, to_range, to_unbounded
-from impactjax._optimise.minimiser import Matrix, Quadratic, Vector
+from impactjax._optimise.linearisation import Linearisation, Vector, linearise
 from impactjax._parameter import Range
 from impactjax._problem.loss import AbstractLoss
 from impactjax._problem.noise import AbstractNoise
@@ -180,23 +180,14 @@ class AbstractProblem(eqx.Module):
     def _ranges(self) -> list[Range]:
         return [handle.allowed for handle in self.handles().values()]
 
-    def around(self, u: Vector, answer: Answer, valid: Valid) -> Quadratic:
-        """Gauss-Newton model of the cost of some residuals around a point, in the optimiser's
-        coordinates.
+    def around(self, u: Vector, answer: Answer, valid: Valid) -> Linearisation:
+        """Linear model of some residuals around a point, in the optimiser's coordinates. Those of a
+        robust loss are weighted.
         """
         assert answer.jacobian is not None
-        some = answer._replace(
-            residuals=jnp.where(valid, answer.residuals, 0.0),
-            jacobian=jnp.where(valid[:, None], answer.jacobian, 0.0),
-        )
-        cost, gradient, curvature = around(self.assumed().loss, some)
-        slopes = self.slopes(u)
-        return Quadratic(cost, gradient * slopes, curvature * slopes[:, None] * slopes[None, :])
-
-
-def around(loss: AbstractLoss, answer: Answer) -> tuple[Scalar, Vector, Matrix]:
-    """The cost of some residuals, its gradient, and its Gauss-Newton Hessian."""
-    residuals, jacobian = answer.residuals, answer.jacobian
-    assert jacobian is not None
-    weighted = loss.weight(residuals)[:, None] * jacobian
-    return jnp.sum(loss.cost(residuals)), weighted.T @ residuals, weighted.T @ jacobian
+        loss = self.assumed().loss
+        residuals = jnp.where(valid, answer.residuals, 0.0)
+        jacobian = jnp.where(valid[:, None], answer.jacobian, 0.0) * self.slopes(u)
+        weights = jnp.sqrt(loss.weight(residuals))
+        cost = jnp.sum(loss.cost(residuals))
+        return linearise(cost, weights * residuals, weights[:, None] * jacobian)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int, Key
 
 from impactjax._known import namespace
-from impactjax._optimise.minimiser import Matrix, Vector
+from impactjax._optimise.linearisation import Matrix, Vector
 from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed
 from impactjax._problem.loss import AbstractLoss, Residuals
 from impactjax._problem.noise import AbstractNoise, Jacobian, Scores

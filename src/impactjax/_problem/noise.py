@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float, Int, Key
 from scipy import special
 
 from impactjax._known import AnyArray, namespace
-from impactjax._optimise.minimiser import Matrix
+from impactjax._optimise.linearisation import Matrix
 from impactjax._shown import with_numbers
 from impactjax._types import Scalar
 
@@ -32,7 +32,7 @@ class AbstractNoise(eqx.Module):
 
     @abc.abstractmethod
     def lasts(self, scores: Scores, count: Scalar) -> Bool[Array, ""]:
-        """True if the scores are correlated for longer than the model allows for."""
+        """True if the scores are autocorrelated over longer times than in the model."""
 
     @abc.abstractmethod
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:

@@ -80,7 +80,7 @@ def _fits(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def _across(comparison: Comparison) -> dict[str, Any]:
-    """Intervals of the best fit's parameters across the laws that cannot be told apart from it."""
+    """Intervals of the best fit's parameters across laws that cannot be distinguished from it."""
     return {
         name: {
             "interval95": [_number(each.low), _number(each.high)],

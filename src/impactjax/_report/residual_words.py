@@ -32,8 +32,8 @@ def independence(estimate: Estimate, found: ResidualDiagnostics) -> str:
         *([] if bool(found.as_many_runs) else [_runs(found)]),
     ]
     return (
-        f"The residuals do not look independent: {' and '.join(against)}. Their noise is filtered "
-        f"or the law is not right; {_allowance(estimate)}."
+        f"The residuals are autocorrelated: {' and '.join(against)}. The noise is filtered or the "
+        f"law is wrong; {_allowance(estimate)}."
     )
 
 
@@ -44,8 +44,8 @@ def _correlations(found: ResidualDiagnostics) -> list[str]:
     value, limit = apart(float(found.portmanteau), float(found.portmanteau_limit))
     lag = int(np.argmax(np.abs(rho)))
     return [
-        f"their autocorrelations sum up to {value} in the statistic of Ljung and Box (limit "
-        f"{limit}; the largest is {rho[lag]:.2f}, at lag {lag + 1})"
+        f"the Ljung-Box statistic is {value} (limit {limit}; the largest autocorrelation is "
+        f"{rho[lag]:.2f}, at lag {lag + 1})"
     ]
 
 
@@ -62,19 +62,19 @@ def _allowance(estimate: Estimate) -> str:
     inflation = np.asarray(estimate.inflation)
     factors = inflation[np.isfinite(inflation)]
     if not factors.size or np.all(np.abs(factors - 1) < _SAME):
-        return "the errors take them as independent all the same"
+        return "the errors assume independent residuals"
     low, high = factors.min(), factors.max()
-    return f"the errors allow for it, by factors from {low:.2f} to {high:.2f}"
+    return f"the errors account for this, by factors from {low:.2f} to {high:.2f}"
 
 
 def _normality(found: ResidualDiagnostics) -> str:
     skewness, kurtosis = float(found.skewness), float(found.excess_kurtosis)
     numbers = f"skewness {skewness:.2f}, excess kurtosis {kurtosis:.2f}"
     if bool(found.normal):
-        return f"Their distribution is like a normal one ({numbers})."
+        return f"Their distribution is consistent with a normal one ({numbers})."
     shape = []
     if bool(found.skewed):
-        shape.append("lopsided")
+        shape.append("skewed")
     if bool(found.tailed):
         shape.append(f"with {'longer' if kurtosis > 0 else 'shorter'} tails than a normal one")
     said = f": it is {' and '.join(shape)}" if shape else ""
@@ -91,6 +91,6 @@ def _after_impacts(estimate: Estimate, found: ResidualDiagnostics) -> list[str]:
     numbers = ", ".join(str(i + 1) for i in large)
     which = f"impact {numbers}" if large.size == 1 else f"impacts {numbers}"
     return [
-        f"Just after {which} they are up to {after[large].max():.2f} times as large as on the "
-        "whole: the law misses something of the contact."
+        f"Just after {which} they are up to {after[large].max():.2f} times as large as overall: "
+        "the law does not fully describe the contact."
     ]

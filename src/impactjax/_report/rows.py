@@ -51,7 +51,7 @@ def parameter_rows(fits: Sequence[Fitted]) -> list[list[Row]]:
     """For each fit, one row for each fitted parameter, and one for its value without assumptions.
 
     The verdict of a law that the best one rules out is "law rejected". Intervals of laws that
-    cannot be told apart are those across them.
+    cannot be distinguished are those across them.
     """
     estimates = [fitted.estimate for fitted in fits]
     wider, ruled_out = across(estimates), rejected(estimates)

@@ -36,8 +36,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     for fitted in fits:
         if not bool(fitted.estimate.converged):
             found.append(
-                f"The fit of {_name(fitted)} has no result: {outcome_of(fitted)}. Its row is "
-                "not to be used."
+                f"The fit of {_name(fitted)} failed: {outcome_of(fitted)}. Do not use its row."
             )
     found += _predictions(fits, unit, factor)
     if not bool(best.estimate.converged):
@@ -62,15 +61,15 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
 
 def _does_not_fit(estimate: Estimate, share: float) -> str:
     said = (
-        f"No law tried describes the record: {100 * share:.0f} % of its motion is left. Nothing is "
-        "identified."
+        f"None of the laws describes the record: the best leaves {100 * share:.0f} % of its motion "
+        "unexplained, so no parameter is identified."
     )
     if estimate.system.model.lower is None:
-        return f"{said} Perhaps there are impacts in it: name a law."
+        return f"{said} It may contain impacts: name a law (`--law`)."
     return (
-        f"{said} Perhaps the stop is not where it is said to be (`gap`), the zero or sign of the "
-        "record is another (`offset`, `gain`), there is dry friction (`dry_friction = true` under "
-        "[system]), something else moves it, or it is another system (`--system`)."
+        f"{said} Possible causes: the stop is elsewhere (`gap`), the zero or sign of the record is "
+        "wrong (`offset`, `gain`), there is dry friction (`dry_friction = true` under [system]), "
+        "the base moves, or it is another system (`--system`)."
     )
 
 
@@ -108,14 +107,14 @@ def _friction(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
     behind = differences([fitted.estimate for fitted in fits])
     gain = behind[free[False]] - behind[free[True]]
     if math.isnan(gain):
-        return [_too_few([viscous, dry], "tell whether there is dry friction")]
+        return [_too_few([viscous, dry], "decide whether there is dry friction")]
     if gain >= CLEAR:
         before, after = apart(float(viscous.rms) * factor, float(dry.rms) * factor)
         return [
             "Viscous friction alone does not describe the record: dry friction lowers the residual "
             f"from {before} to {after} {unit} rms (AIC better by {math.floor(gain)})."
         ]
-    return ["Viscous friction describes the record; it gives no reason to assume dry friction."]
+    return ["Viscous friction describes the record; dry friction is not needed."]
 
 
 def _ranking(fits: Sequence[Fitted]) -> list[str]:
@@ -135,7 +134,7 @@ def _ranking(fits: Sequence[Fitted]) -> list[str]:
     if near:
         names = ", ".join(near)
         found.append(
-            f"{best[0]} describes the record best, but it cannot be told apart from {names}."
+            f"{best[0]} describes the record best, but it cannot be distinguished from {names}."
         )
     elif ranked:
         found.append(f"Among the laws tried, {best[0]} describes the record clearly best.")
@@ -166,8 +165,8 @@ def _too_few(estimates: Sequence[Estimate], purpose: str) -> str:
     n = independent_observations(min(converged, key=lambda each: float(each.aic)))
     most = max(parameters_found(each) for each in converged)
     return (
-        f"The record is too short to {purpose}: it counts as {math.floor(n)} independent "
-        f"observations, and {most} numbers, any unknown size of noise included, are found from it."
+        f"The record is too short to {purpose}: its effective sample size is {math.floor(n)}, and "
+        f"{most} numbers are estimated from it, unknown noise levels included."
     )
 
 
@@ -180,16 +179,16 @@ def _open_sides(best: Fitted) -> list[str]:
         low, high = float(estimate.low[i]), float(estimate.high[i])
         verdict = estimate.verdict(name)
         if verdict is Verdict.NOT_IDENTIFIED:
-            found.append(f"The record does not tell {name}.")
+            found.append(f"{name} is not determined by the record.")
         elif estimate.reason(name) is Reason.PROFILE_STOPPED:
             found.append(
-                f"How far the record bounds {name} is not known: the search for the end of its "
-                "interval could not go on. Its standard error is all there is."
+                f"The interval of {name} is not known: the search for one of its ends failed. Only "
+                "its standard error is."
             )
         elif verdict is Verdict.ONE_SIDED and high < allowed.high:
-            found.append(f"The record only tells that {name} is at most {high:.3g}{unit}.")
+            found.append(f"{name} has an upper bound only: {high:.3g}{unit} (95 %).")
         elif verdict is Verdict.ONE_SIDED:
-            found.append(f"The record only tells that {name} is at least {low:.3g}{unit}.")
+            found.append(f"{name} has a lower bound only: {low:.3g}{unit} (95 %).")
     return found
 
 
@@ -204,20 +203,20 @@ def _across(fits: Sequence[Fitted]) -> list[str]:
         )
         laws = listed([fits[i].name for i in wider.models])
         found.append(
-            f"{laws} cannot be told apart and differ in {name}: its interval across them is "
-            f"{whole}; {fits[0].name} alone would give {alone}."
+            f"{laws} cannot be distinguished and differ in {name}: its interval over all of them "
+            f"is {whole}; {fits[0].name} alone would give {alone}."
         )
     return found
 
 
 def _lasting(estimate: Estimate) -> list[str]:
-    """Sentence on residuals that are correlated for longer than their noise model allows for."""
+    """Sentence on residuals that are autocorrelated over longer times than in their noise model."""
     if not bool(estimate.lasting):
         return []
     return [
-        "The residuals are correlated for longer than the errors allow for: the law or the sensor "
-        "is not quite right, and the intervals are too narrow by an unknown factor. No parameter "
-        "counts as identified."
+        "The residuals are autocorrelated over longer times than the noise model covers: the law "
+        "or the sensor is slightly wrong, and the intervals are too narrow by an unknown factor. "
+        "No parameter is identified."
     ]
 
 
@@ -243,8 +242,8 @@ def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:
     if not floor / _FLOOR < rms < _FLOOR * floor:
         return []
     return [
-        f"The residual, {rms * factor:.3g} {unit} rms, is about what quantisation alone leaves "
-        f"({floor * factor:.3g} {unit}): a better law could not be told, a finer instrument might."
+        f"The residual, {rms * factor:.3g} {unit} rms, is about as large as the quantisation error "
+        f"({floor * factor:.3g} {unit}): only a finer instrument could show a better law."
     ]
 
 
@@ -254,12 +253,12 @@ def _beyond_the_noise(estimate: Estimate) -> list[str]:
     times = 1.0 if known is None else float(estimate.rms / known**0.5)
     if times < 1 / _SMALL:
         return [
-            f"The noise that the sensor is said to have is {1 / max(times, 1e-99):.3g} times the "
-            "residual: `sigma` is wrong, and errors and intervals are too large with it."
+            f"The stated noise of the sensor is {1 / max(times, 1e-99):.3g} times the residual: "
+            "`sigma` is too large, and so are errors and intervals."
         ]
     if times < _LARGE:
         return []
     return [
-        f"The residual is {times:.3g} times the noise that the sensor is said to have: `sigma` or "
-        "the law is wrong, and errors and intervals with it."
+        f"The residual is {times:.3g} times the stated noise of the sensor: `sigma` or the law is "
+        "wrong, and so are errors and intervals."
     ]
