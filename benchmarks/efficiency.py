@@ -16,7 +16,7 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, PyTree
 
 import impactjax as ij
 import ours
@@ -49,7 +49,7 @@ def _bound(law: str) -> np.ndarray:
     return np.linalg.inv(sensitivities @ sensitivities.T)
 
 
-def study(law: str, count: int, seed: int = 0) -> dict:
+def study(law: str, count: int, seed: int = 0) -> dict[str, PyTree]:
     """Fits `count` recordings of one truth and compares the spread of the estimates."""
     truth = jnp.asarray(tasks.parameters(law))
     clean = jax.jit(lambda p: ours.angles(law, p))(truth)

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, PyTree
 
 import impactjax as ij
 from impactjax._cli.compiler_flags import FAST
@@ -93,7 +93,7 @@ def recorded(case: Case, p: Array, noise: Array) -> ij.Recording:
     return ij.Recording(ts, shown + noise, ij.Angle())
 
 
-def fitted(case: Case, recording: ij.Recording, start: Array) -> ij.Estimate:
+def fitted(case: Case, recording: ij.Recording, start: Array) -> ij.Estimate[ij.Problem]:
     return ij.fit(
         ij.Experiment(
             model(case, start),
@@ -118,7 +118,7 @@ def noises(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
     return NOISE * white[:, 1000:]
 
 
-def study(name: str, count: int, kind: str, factor: float, seed: int = 0) -> dict:
+def study(name: str, count: int, kind: str, factor: float, seed: int = 0) -> dict[str, PyTree]:
     case = CASES[name]
     rng = np.random.default_rng(seed)
     low = np.concatenate([COMMON_LOW, case.low])
@@ -130,7 +130,7 @@ def study(name: str, count: int, kind: str, factor: float, seed: int = 0) -> dic
     start = np.where(bounded, np.minimum(truth * away, 0.99), truth * away)
     data = jnp.asarray(truth), jnp.asarray(noises(kind, count, rng)), jnp.asarray(start)
 
-    def one(p: Array, noise: Array, start: Array) -> tuple:
+    def one(p: Array, noise: Array, start: Array) -> tuple[PyTree, ...]:
         recording = recorded(case, p, noise)
         best, found = fitted(case, recording, p), fitted(case, recording, start)
         return (

@@ -41,7 +41,7 @@ def bounce_times(
 
 @eqx.filter_jit
 @eqx.filter_vmap(in_axes=(0, None))
-def fitted(times: jax.Array, scatter: ij.AbstractScatter) -> ij.Estimate:
+def fitted(times: jax.Array, scatter: ij.AbstractScatter) -> ij.Estimate[ij.Problem]:
     """The fit of one record."""
     ball = ij.BouncingBall(GRAVITY)
     model = ij.ImpactOscillator(ball, ij.Stop(ij.Restitution(RESTITUTION)))

@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import openpyxl
@@ -91,7 +92,7 @@ def replaced(name: str, old: str, new: str, says: str) -> Damaged:
     return TEXTS[name].name, written.replace(old, new).encode(), says
 
 
-def book(rows: Sequence[list | tuple], end: int | None = None) -> bytes:
+def book(rows: Sequence[list[Any]], end: int | None = None) -> bytes:
     buffer = io.BytesIO()
     made = openpyxl.Workbook()
     sheet = made.active

@@ -15,7 +15,7 @@ RESIDUAL_TS = np.linspace(0.0, 4.0, COUNT)
 
 
 @functools.cache
-def line() -> tuple[np.ndarray, ij.Estimate]:
+def line() -> tuple[np.ndarray, ij.Estimate[ij.Problem]]:
     """A noisy straight line, fitted by a free mass."""
     values = 0.3 + 0.7 * TS + 0.05 * np.random.default_rng(1).standard_normal(31)
     recording = ij.Recording(jnp.asarray(TS), jnp.asarray(values), ij.Displacement())
@@ -25,7 +25,7 @@ def line() -> tuple[np.ndarray, ij.Estimate]:
     )
 
 
-def with_dry_friction(estimate: ij.Estimate) -> ij.Estimate:
+def with_dry_friction(estimate: ij.Estimate[ij.Problem]) -> ij.Estimate[ij.Problem]:
     """The estimate as if it were of free flight of an oscillator with dry friction."""
     oscillator = ij.LinearOscillator(5.0, dry_friction=0.1)
     model = ij.ImpactOscillator(oscillator)
@@ -33,7 +33,7 @@ def with_dry_friction(estimate: ij.Estimate) -> ij.Estimate:
 
 
 @functools.cache
-def swing() -> ij.Estimate:
+def swing() -> ij.Estimate[ij.Problem]:
     """A noisy undamped swing, fitted with damping and with a stop that it never reaches."""
     ts = np.linspace(0.0, 1.0, 41)
     values = np.cos(5 * ts) + 0.01 * np.random.default_rng(3).standard_normal(41)
@@ -48,7 +48,7 @@ def swing() -> ij.Estimate:
     return ij.profiled(found)
 
 
-def leaving(left: np.ndarray, impacts: tuple[float, ...] = ()) -> ij.Estimate:
+def leaving(left: np.ndarray, impacts: tuple[float, ...] = ()) -> ij.Estimate[ij.Problem]:
     """A fit that leaves given residuals, recorded minus fitted, with impacts at given times."""
     _, estimate = line()
     recording = ij.Recording(jnp.asarray(RESIDUAL_TS), jnp.asarray(left), ij.Displacement())

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
@@ -121,7 +121,7 @@ def ball_impact_time(height, gravity, r, number: int):
     return first * (1 + 2 * sum(r**k for k in range(1, number + 1)))
 
 
-def derivative(function: Callable, values: list[float], index: int) -> float:
+def derivative(function: Callable[..., Any], values: list[float], index: int) -> float:
     """∂f/∂x_index with 40 digits."""
     with mpmath.workdps(40):
         numbers = [mpmath.mpf(value) for value in values]

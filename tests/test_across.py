@@ -17,7 +17,7 @@ from impactjax._report.words import sentences
 ERROR = 0.02
 
 
-def moved(by: float, aic: float, high: float | None = None) -> ij.Estimate:
+def moved(by: float, aic: float, high: float | None = None) -> ij.Estimate[ij.Problem]:
     """The fit of a line with another first value, whose error is ERROR, and another criterion."""
     estimate = line()[1]
     value = float(estimate.value("x0")) + by
@@ -108,7 +108,7 @@ def test_laws_of_different_types_share_no_parameter_of_the_law():
 
 def test_interval_across_laws_is_printed_and_written():
     pair = tuple(ij.Fitted(name, moved(by, 0.0), 0.0) for name, by in (("a", 0.0), ("b", 0.1)))
-    (said,) = (each for each in sentences(pair) if "across" in each)
+    (said,) = (each for each in sentences(pair) if "over all of them" in each)
     assert said.startswith("a and b cannot be distinguished and differ in x0: its interval over")
     rows = parameter_rows(pair)
     assert rows[0][0]["interval"] == rows[1][0]["interval"] in said

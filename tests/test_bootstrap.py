@@ -14,7 +14,7 @@ LINE = ij.ImpactOscillator(ij.FreeMass(), ij.Stop(ij.Restitution(0.5), gap=9.0))
 QUICK = ij.Simulation(max_steps=16, max_impacts=2, step=ij.TaylorStep(order=4))
 
 
-def fitted(errors: np.ndarray, sensor: ij.Sensor | None = None) -> ij.Estimate:
+def fitted(errors: np.ndarray, sensor: ij.Sensor | None = None) -> ij.Estimate[ij.Problem]:
     recording = ij.Recording(
         jnp.asarray(TS), jnp.asarray(0.3 + 0.7 * TS + errors), ij.Displacement()
     )

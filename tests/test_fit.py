@@ -96,7 +96,7 @@ fit_many = jax.jit(jax.vmap(fit_ball))
 
 
 @functools.cache
-def replicates() -> ij.Estimate:
+def replicates() -> ij.Estimate[ij.Problem]:
     """300 fits in one call of `vmap` under `jit`, from different starts."""
     return fit_many(jnp.asarray(noisy(300)), jnp.linspace(0.75, 0.85, 300))
 

@@ -18,7 +18,7 @@ pytestmark = quick
 WAVE = np.sin(2 * np.pi * (TS - TS[0]) / 0.75)
 
 
-def fitted_by_a_line(values) -> ij.Estimate:
+def fitted_by_a_line(values) -> ij.Estimate[ij.Problem]:
     return ij.fit(
         ij.Experiment(
             ij.ImpactOscillator(ij.FreeMass()),

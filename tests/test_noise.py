@@ -23,7 +23,7 @@ def correlated(count: int, share: float) -> np.ndarray:
     return np.asarray(signal.lfilter([1.0], [1.0, -share], white, axis=1))[:, 500:]
 
 
-def lines(errors: np.ndarray, speed: float = SPEED, **how) -> ij.Estimate:
+def lines(errors: np.ndarray, speed: float = SPEED, **how) -> ij.Estimate[ij.Problem]:
     """A free mass fitted to straight lines with noise, all at once."""
 
     def one(values):
@@ -34,12 +34,12 @@ def lines(errors: np.ndarray, speed: float = SPEED, **how) -> ij.Estimate:
     return jax.jit(jax.vmap(one))(jnp.asarray(X0 + speed * TS + errors))
 
 
-def coverage(found: ij.Estimate) -> np.ndarray:
+def coverage(found: ij.Estimate[ij.Problem]) -> np.ndarray:
     truth = np.array([X0, SPEED])
     return np.mean((found.low <= truth) & (truth <= found.high), axis=0)
 
 
-def behind(ahead: ij.Estimate, other: ij.Estimate) -> np.ndarray:
+def behind(ahead: ij.Estimate[ij.Problem], other: ij.Estimate[ij.Problem]) -> np.ndarray:
     """By how much more the criterion of one fit is worse than the best than that of another, for
     many fits.
     """

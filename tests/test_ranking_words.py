@@ -27,7 +27,14 @@ def white(seed: int, count: int) -> np.ndarray:
     return np.random.default_rng(seed).standard_normal(count)
 
 
-def law(name: str, aic: float, *, of: ij.Estimate, n: int = 400, freedom: float | None = None):
+def law(
+    name: str,
+    aic: float,
+    *,
+    of: ij.Estimate[ij.Problem],
+    n: int = 400,
+    freedom: float | None = None,
+):
     """A fit with a criterion, from so many observations."""
     free = float(n - len(of.names)) if freedom is None else freedom
     recording = ij.Recording(jnp.arange(float(n)), jnp.asarray(white(0, n)), ij.Displacement())

@@ -1,6 +1,7 @@
 """Measurements of other people through the command line; they are not part of the project."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -32,7 +33,7 @@ def ball(tmp_path_factory) -> Fitted:
     )
 
 
-def of_friction(found: Fitted, friction: str) -> dict:
+def of_friction(found: Fitted, friction: str) -> dict[str, Any]:
     (fit,) = [each for each in found.document["fits"] if each["friction"] == friction]
     return fit
 

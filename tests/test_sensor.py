@@ -126,7 +126,7 @@ def test_residual_at_quantisation_level_is_reported(step, said):
     values = np.round((0.3 + 0.7 * t) / step) * step + (0.0 if said else line()[0] - 0.3 - 0.7 * t)
     found = fit_line(values, sensor=ij.Sensor(quantisation=step))
     sentences_said = " ".join(sentences([ij.Fitted("free flight", found, 0.0)]))
-    assert ("quantisation alone" in sentences_said) == said
+    assert ("quantisation error" in sentences_said) == said
 
 
 def test_offset_and_drift_are_fitted_if_free():

@@ -11,6 +11,7 @@ import pytest
 from scipy import stats
 
 import impactjax as ij
+from impactjax._problem.joint_problem import JointProblem
 from impactjax._report.document import document
 from tiers import thorough
 
@@ -45,7 +46,7 @@ def experiments(known: bool, seed: int = 1) -> list[ij.Experiment]:
 
 
 @functools.cache
-def found(known: bool) -> ij.Estimate:
+def found(known: bool) -> ij.Estimate[JointProblem]:
     return ij.fit_together(experiments(known), shared=("x_dot0",))
 
 

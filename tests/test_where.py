@@ -115,7 +115,7 @@ def test_misfitting_law_identifies_nothing(tmp_path):
     fitted = ij.compare({"swing": prepared.experiments["free flight"]}).best
     assert float(fitted.estimate.misfit) > 0.05
     assert np.all(np.asarray(fitted.estimate.verdicts) == ij.Verdict.NOT_IDENTIFIED)
-    assert any("No law tried describes the record" in each for each in sentences([fitted]))
+    assert any("None of the laws describes the record" in each for each in sentences([fitted]))
 
 
 def test_models_are_fitted_in_parallel(tmp_path):

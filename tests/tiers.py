@@ -8,7 +8,7 @@ quick = pytest.mark.quick
 thorough = pytest.mark.thorough
 
 
-def mostly_thorough(cases: Iterable, *usual: object) -> list:
+def mostly_thorough(cases: Iterable[object], *usual: object) -> list[object]:
     """Cases of a test, of which only the `usual` ones run every time; a tuple is several values."""
     cases = list(cases)
     assert all(each in cases for each in usual), f"{usual} are not among {cases}"

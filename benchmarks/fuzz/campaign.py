@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import jax
 import numpy as np
+from jaxtyping import PyTree
 
 from impactjax import RESULTS
 
@@ -39,7 +40,7 @@ def campaign(
             yield drawn, verdict
 
 
-def _lane(output: tuple, w: dict[str, np.ndarray], lane: int) -> Ours:
+def _lane(output: tuple[PyTree, ...], w: dict[str, np.ndarray], lane: int) -> Ours:
     values, rest = ({k: v[lane] for k, v in part.items()} for part in output[:2])
     if len(output) == 2:
         return Ours(values, rest, None, 0.0)

@@ -5,13 +5,15 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
+from jaxtyping import PyTree
+
 try:
     import numba
 except ImportError:
     numba = None
 
 
-def compiled(function: Callable) -> Callable:
+def compiled(function: Callable[..., PyTree]) -> Callable[..., PyTree]:
     """Compile a function, keeping the program on disk; without Numba, leave it as it is."""
     if numba is None:
         return function

@@ -7,7 +7,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, PyTree
 
 import impactjax as ij
 
@@ -60,7 +60,7 @@ def program(each: Class, tolerance: float, with_derivatives: bool) -> Callable[.
         }
         return smooth, rest
 
-    def one(p: Array, ts: Array, direction: Array, cotangents: Outputs) -> tuple:
+    def one(p: Array, ts: Array, direction: Array, cotangents: Outputs) -> tuple[PyTree, ...]:
         if not with_derivatives:
             return values(p, ts)
         smooth, along, rest = jax.linearize(lambda p: values(p, ts), p, has_aux=True)

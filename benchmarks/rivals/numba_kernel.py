@@ -38,7 +38,9 @@ def _estrin(coefficients: list[float], u: str) -> str:
     return text
 
 
-def _compile(source: str, name: str, names: dict[str, Any], fast: bool | set[str]) -> Callable:
+def _compile(
+    source: str, name: str, names: dict[str, Any], fast: bool | set[str]
+) -> Callable[..., Any]:
     space = dict(names)
     exec(source, space)
     return njit(fastmath=fast, error_model="numpy", boundscheck=False)(space[name])
@@ -254,13 +256,13 @@ def source(plan: Plan) -> str:
 
 
 @cache
-def kernel(plan: Plan) -> Callable:
+def kernel(plan: Plan) -> Callable[..., Any]:
     """The compiled simulation: fills `out` and, with tangents, `derivatives`."""
     return _compile(source(plan), "simulate", _sines(), True)
 
 
 @cache
-def batch_kernel(plan: Plan) -> Callable:
+def batch_kernel(plan: Plan) -> Callable[..., Any]:
     """The compiled loop over lanes, on one core."""
     simulate = kernel(plan)
 

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, ArrayLike, Bool, Float
+from jaxtyping import Array, ArrayLike, Bool, Float, PyTree
 
 from impactjax._known import AnyArray
 
@@ -93,7 +93,7 @@ def ranges(part: eqx.Module) -> dict[str, Range]:
     }
 
 
-def parameter_of(field: dataclasses.Field) -> Range | None:
+def parameter_of(field: dataclasses.Field[PyTree]) -> Range | None:
     """The unit and range of a field, if it holds a parameter."""
     return field.metadata.get(_KEY)
 

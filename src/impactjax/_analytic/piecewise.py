@@ -6,7 +6,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, ArrayLike, Float, PyTree
 
 from impactjax._analytic.multiple_scales import MultipleScales
 from impactjax._model.initial_state import InitialState
@@ -88,7 +88,7 @@ def piecewise_analytical(
     if max_impacts < 1:
         raise ValueError(f"Argument `max_impacts` must be at least 1, but it is {max_impacts}.")
 
-    def fly(start: _Next, _: None) -> tuple[_Next, tuple]:
+    def fly(start: _Next, _: None) -> tuple[_Next, tuple[PyTree, ...]]:
         flight = MultipleScales(pendulum, start.initial)
         duration = flight.time_to_turn(start.turn)
         approach = -flight.velocity(duration)

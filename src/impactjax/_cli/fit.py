@@ -47,6 +47,7 @@ from impactjax._fit.starts import Starts
 from impactjax._known import known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
+from impactjax._problem.problem import Problem
 from impactjax._record.file_error import FileError
 from impactjax._report.rows import parameter_rows
 from impactjax._report.words import sentences
@@ -172,7 +173,7 @@ def _compared(prepared: Sequence[Prepared], seed: int, holdout: float) -> list[C
     return comparisons
 
 
-def _known(estimate: Estimate) -> Estimate:
+def _known(estimate: Estimate[Problem]) -> Estimate[Problem]:
     """The estimate with NumPy arrays, so that printing it compiles nothing."""
     return dataclasses.replace(known(estimate), problem=estimate.problem)
 

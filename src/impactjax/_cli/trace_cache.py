@@ -31,7 +31,7 @@ T = TypeVar("T")
 class _Program(NamedTuple):
     """A traced program and the structure of its result."""
 
-    call: Callable[..., list]
+    call: Callable[..., list[PyTree]]
     example: PyTree  # with a number for each leaf
 
 
@@ -58,7 +58,7 @@ def kept(function: Callable[P, T], folder: Path) -> Callable[P, T]:
     return call
 
 
-def _key(function: Callable, arguments: PyTree) -> str:
+def _key(function: Callable[..., PyTree], arguments: PyTree) -> str:
     """Digest of everything that a traced program depends on, as the name of its file."""
     leaves, structure = jax.tree.flatten(arguments)
     described = [(leaf.shape, leaf.dtype) if eqx.is_array(leaf) else leaf for leaf in leaves]
@@ -67,7 +67,7 @@ def _key(function: Callable, arguments: PyTree) -> str:
 
 
 @functools.cache
-def _surroundings() -> tuple:
+def _surroundings() -> tuple[PyTree, ...]:
     """Digest of this package's code, versions of its tools, backend and precision."""
     digest = hashlib.sha256()
     root = Path(__file__).parent.parent
@@ -92,13 +92,13 @@ def _loaded(body: bytes) -> _Program:
     return _Program(jax.jit(export.deserialize(serialised).call), example)
 
 
-def _written(path: Path, function: Callable, arguments: PyTree) -> _Program:
+def _written(path: Path, function: Callable[..., PyTree], arguments: PyTree) -> _Program:
     """Traces a function, and writes the program to a file if the folder permits it."""
     arrays, static = eqx.partition(arguments, eqx.is_array)
     leaves, structure = jax.tree.flatten(arrays)
     example: PyTree = None
 
-    def flat(*leaves: jax.Array) -> list:
+    def flat(*leaves: jax.Array) -> list[PyTree]:
         nonlocal example
         args, kwargs = eqx.combine(jax.tree.unflatten(structure, leaves), static)
         found = function(*args, **kwargs)

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from impactjax._fit.estimate import Estimate
+from impactjax._problem.problem import Problem
 
 CLEAR = 10.0  # difference of the criterion at which the worse law is rejected
 
 
-def differences(estimates: Sequence[Estimate]) -> list[float]:
+def differences(estimates: Sequence[Estimate[Problem]]) -> list[float]:
     """ΔQAICc: the criterion of each fit minus the lowest one; at least zero.
 
     QAICc = (n/N) (−2 log L) + 2 k + 2 k (k + 1)/(n − k − 1) for k parameters and N observations.
@@ -30,14 +31,14 @@ def differences(estimates: Sequence[Estimate]) -> list[float]:
     return (values - values[exist].min()).tolist() if exist.any() else values.tolist()
 
 
-def rejected(estimates: Sequence[Estimate]) -> list[bool]:
+def rejected(estimates: Sequence[Estimate[Problem]]) -> list[bool]:
     """True for each fit that the best one rules out; all false if the best one is not usable."""
     behind = differences(estimates)
     best = estimates[best_first(estimates)[0]]
     return [bool(best.usable) and by >= CLEAR for by in behind]
 
 
-def best_first(estimates: Sequence[Estimate]) -> list[int]:
+def best_first(estimates: Sequence[Estimate[Problem]]) -> list[int]:
     """Indices of the fits in order: converged ones first, by the criterion; without one, by rms."""
     behind = differences(estimates)
 
@@ -50,7 +51,7 @@ def best_first(estimates: Sequence[Estimate]) -> list[int]:
     return sorted(range(len(estimates)), key=place)
 
 
-def independent_observations(estimate: Estimate) -> float:
+def independent_observations(estimate: Estimate[Problem]) -> float:
     """Effective sample size of a fit: degrees of freedom plus parameters, at most all
     observations.
     """
@@ -58,12 +59,12 @@ def independent_observations(estimate: Estimate) -> float:
     return min(float(estimate.freedom) + len(estimate.names), n)
 
 
-def parameters_found(estimate: Estimate) -> int:
+def parameters_found(estimate: Estimate[Problem]) -> int:
     """Number of parameters and unknown noise variances that a fit estimates."""
     return len(estimate.names) + estimate.problem.sizes_found
 
 
-def _criterion(estimate: Estimate, n: float, share: float) -> float:
+def _criterion(estimate: Estimate[Problem], n: float, share: float) -> float:
     k = parameters_found(estimate)
     if not bool(estimate.converged) or n <= k + 1:
         return np.nan

@@ -10,6 +10,7 @@ from impactjax._fit.search import Search, Searches
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.minimiser import Vector
 from impactjax._problem.abstract_problem import AbstractProblem
+from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import Residuals
 
 _TAILS = (0.025, 0.975)
@@ -36,7 +37,7 @@ class Bootstrap(eqx.Module):
 
 
 def bootstrap(
-    estimate: Estimate,
+    estimate: Estimate[Problem],
     replicates: int = 200,
     *,
     seed: int = 0,
@@ -86,7 +87,7 @@ def bootstrap(
 
 @eqx.filter_jit
 def _refits(
-    estimate: Estimate, optimiser: LevenbergMarquardt, keys: Key[Array, " replicates"]
+    estimate: Estimate[Problem], optimiser: LevenbergMarquardt, keys: Key[Array, " replicates"]
 ) -> tuple[Float[Array, "replicates parameters"], Bool[Array, " replicates"]]:
     problem = estimate.problem
     start = problem.unbounded(estimate.values)

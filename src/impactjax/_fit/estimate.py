@@ -266,7 +266,7 @@ def _between(quoted: str) -> str:
     return f" = {quoted}" if "±" in quoted else f": {quoted}"
 
 
-def _resting(estimate: Estimate) -> dict[str, Rest]:
+def _resting(estimate: Estimate[P]) -> dict[str, Rest]:
     """The assumptions behind each value, by name."""
     found: dict[str, Rest] = {}
     for problem, places in estimate.problem.each_recording():

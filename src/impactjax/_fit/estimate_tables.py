@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from impactjax._fit.estimate import Estimate
+    from impactjax._fit.estimate import Estimate, P
 
 _PER_PARAMETER = ("values", "standard_errors", "low", "high", "verdicts", "inflation")
 _PER_FIT = ("rms", "aic", "bic", "misfit", "outcome", "iterations")
@@ -37,7 +37,7 @@ def _cells(parameter: FittedParameter, columns: Sequence[str]) -> list[tuple[str
     return [(name, getattr(parameter, name)) for name in columns]
 
 
-def as_xarray(estimate: "Estimate") -> "xarray.Dataset":
+def as_xarray(estimate: "Estimate[P]") -> "xarray.Dataset":
     """A dataset with the dimension `parameter`, and `fit_0`, `fit_1`, ... for many fits. Raises
     `ImportError` without xarray.
     """

@@ -86,7 +86,7 @@ def profiled_by(
     )
 
 
-def _agreeing(estimate: Estimate, widths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _agreeing(estimate: Estimate[P], widths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Standard errors and covariance, scaled to agree with the widths of the intervals; a width of
     zero stands for an unknown one.
 
@@ -188,7 +188,7 @@ def _verdict(below: _Walk, above: _Walk, lasting: bool) -> Verdict:
     return kinds[below.bounded + above.bounded]
 
 
-def _begin(estimate: Estimate, ranges: list[Range], parameter: int, side: int) -> _Walk:
+def _begin(estimate: Estimate[P], ranges: list[Range], parameter: int, side: int) -> _Walk:
     allowed = ranges[parameter]
     centre = float(np.asarray(estimate.values)[parameter])
     error = float(np.asarray(estimate.standard_errors)[parameter])
@@ -204,7 +204,7 @@ def _begin(estimate: Estimate, ranges: list[Range], parameter: int, side: int) -
 
 
 def _rises(
-    estimate: Estimate,
+    estimate: Estimate[P],
     optimiser: LevenbergMarquardt,
     ranges: list[Range],
     walks: list[_Walk],
@@ -229,7 +229,7 @@ def _rises(
     return np.sqrt(np.maximum(np.where(np.isfinite(excess), excess, np.nan), 0))
 
 
-def _start(estimate: Estimate, ranges: list[Range], walk: _Walk, value: float) -> np.ndarray:
+def _start(estimate: Estimate[P], ranges: list[Range], walk: _Walk, value: float) -> np.ndarray:
     """Start of a refit: the expectation of the other parameters, given the held one,
     p + C eⱼ (v − pⱼ) / Cⱼⱼ with the covariance C; clipped to their ranges.
     """

@@ -9,7 +9,7 @@ from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, namespace
 
 if TYPE_CHECKING:
-    from impactjax._fit.estimate import Estimate
+    from impactjax._fit.estimate import Estimate, P
 
 _WORDS = (
     "it was not fitted",
@@ -43,7 +43,7 @@ class Reason(enum.IntEnum):
         return _WORDS[self.value]
 
 
-def reasons(estimate: "Estimate") -> Int[AnyArray, "... parameters"]:
+def reasons(estimate: "Estimate[P]") -> Int[AnyArray, "... parameters"]:
     """The `Reason` number of each verdict of an estimate, or of many under `vmap`."""
     xp = namespace(estimate.values)
     ranges = [handle.allowed for handle in estimate.problem.handles().values()]

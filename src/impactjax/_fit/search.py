@@ -152,7 +152,7 @@ def _traced(
         nothing = Point(start, answer, infinite)
         return Minimiser(optimiser, objective, _bounds(problem, start, on), nothing)
 
-    def step(arrays: PyTree, lane: tuple[Vector, Mask], state: State) -> State:
+    def step(arrays: PyTree, lane: tuple[Vector, Mask], state: State[Answer]) -> State[Answer]:
         (problem, _, answering) = eqx.combine(arrays, other)
         return minimiser(arrays, lane).step(state, answering(problem, state.trial))
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from impactjax._fit.estimate import Estimate
+from impactjax._fit.estimate import Estimate, P
 from impactjax._identify.information import Information, informed
 from impactjax._known import known, namespace
 
 
 @np.errstate(all="ignore")  # no warnings, as in JAX
-def identifiability(estimate: Estimate) -> Information:
+def identifiability(estimate: Estimate[P]) -> Information:
     """Information in the recording of a fit about the parameters, around their estimates.
 
     The noise is scaled to agree with the standard errors of the estimate, so that correlated

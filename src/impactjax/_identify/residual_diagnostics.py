@@ -9,6 +9,7 @@ from scipy import special
 from impactjax._fit.estimate import Estimate
 from impactjax._known import AnyArray, known, namespace
 from impactjax._problem.noise import autocovariances
+from impactjax._problem.problem import Problem
 
 UNLIKELY = 1e-3  # significance level of each test
 _LAGS = 40  # most lags of the autocorrelation; at most a quarter of the number of samples
@@ -105,7 +106,7 @@ class ResidualDiagnostics(eqx.Module):
 
 
 @np.errstate(all="ignore")  # no warnings, as in JAX
-def residual_diagnostics(estimate: Estimate) -> ResidualDiagnostics:
+def residual_diagnostics(estimate: Estimate[Problem]) -> ResidualDiagnostics:
     """Tests of the residuals of a single fit. Works under `jit` and `vmap`.
 
     Source: Ljung & Box, Biometrika 65, 297 (1978); Wald & Wolfowitz, Ann. Math. Stat. 11, 147
@@ -177,7 +178,7 @@ def _independent_share(rho: Float[AnyArray, " lags"], kurtosis: Number) -> Numbe
 
 
 def _after_impacts(
-    estimate: Estimate, left: Residuals, valid: Valid
+    estimate: Estimate[Problem], left: Residuals, valid: Valid
 ) -> tuple[Float[AnyArray, " impacts"], Float[AnyArray, " impacts"]]:
     """Rms of the residuals just after each impact, divided by that of all, and the number of
     samples there.

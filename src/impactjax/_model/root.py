@@ -42,7 +42,11 @@ def implicit(
 
 
 @implicit.defjvp
-def _(residual: Callable, primals: tuple, tangents: tuple) -> tuple:
+def _(
+    residual: Callable[..., Float[Array, "..."]],
+    primals: tuple[PyTree, ...],
+    tangents: tuple[PyTree, ...],
+) -> tuple[PyTree, ...]:
     found, parameters = primals
     x = implicit(residual, found, parameters)
     _, slope = jax.jvp(lambda x: residual(x, parameters), (x,), (jnp.ones_like(x),))

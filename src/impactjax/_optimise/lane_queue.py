@@ -64,7 +64,7 @@ def in_turn(iteration: Iteration[Data, Lane, S, R], data: Data, lanes: Lane) -> 
         groups = jax.tree.map(lambda x: x[None], data)
         return _queued(iteration)(groups, jnp.zeros(count, jnp.int32), lanes)
 
-    def tangents_too(primals: tuple, tangents: tuple) -> tuple[R, R]:
+    def tangents_too(primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]) -> tuple[R, R]:
         values, structure = jax.tree.flatten(primals)
         slopes = jax.tree.leaves(tangents)
         varied = [i for i, slope in enumerate(slopes) if not isinstance(slope, SymbolicZero)]
@@ -108,7 +108,9 @@ def _queued(iteration: Iteration[Data, Lane, S, R]) -> Callable[[Data, Int[Array
         return _run(iteration, data, group, lanes)
 
     @run.def_vmap
-    def _(size: int, batched: list, data: Data, group: Int[Array, "..."], lanes: Lane) -> tuple:
+    def _(
+        size: int, batched: list[PyTree], data: Data, group: Int[Array, "..."], lanes: Lane
+    ) -> tuple[PyTree, ...]:
         data_batched, group_batched, lanes_batched = batched
         group = _everywhere(size, group, group_batched)
         if any(jax.tree.leaves(data_batched)):

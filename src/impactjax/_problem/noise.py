@@ -5,7 +5,7 @@ import abc
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int, Key
+from jaxtyping import Array, Bool, Float, Int, Key, PyTree
 from scipy import special
 
 from impactjax._known import AnyArray, namespace
@@ -169,7 +169,9 @@ def levinson(
         return nothing[None], covariances
     places = jnp.arange(most)
 
-    def longer(shorter: tuple[Array, Scalar], k: Int[Array, ""]) -> tuple[tuple, tuple]:
+    def longer(
+        shorter: tuple[Array, Scalar], k: Int[Array, ""]
+    ) -> tuple[tuple[PyTree, ...], tuple[PyTree, ...]]:
         weights, variance = shorter
         explained = weights @ covariances[jnp.maximum(k - 1 - places, 0)]
         reflection = (covariances[k] - explained) / jnp.where(variance > 0, variance, 1.0)

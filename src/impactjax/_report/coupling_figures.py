@@ -9,6 +9,7 @@ from impactjax._fit.estimate import Estimate
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.information import Information
 from impactjax._identify.words import findings
+from impactjax._problem.problem import Problem
 from impactjax._report.style import FITTED, LAWS, OTHER
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ def plot_directions(ax: "Axes", information: Information) -> "Axes":
     return ax
 
 
-def plot_sensitivities(ax: "Axes", estimate: Estimate) -> "Axes":
+def plot_sensitivities(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """Sensitivity of each sample to each parameter: change of the recorded quantity for an increase
     of the parameter by 1 %, in standard deviations of the noise.
     """

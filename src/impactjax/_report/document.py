@@ -19,6 +19,7 @@ from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residual_diagnostics import residual_diagnostics
 from impactjax._identify.words import coupling, findings
 from impactjax._problem.parameters import handles
+from impactjax._problem.problem import Problem
 from impactjax._report.given import OwnValue, given, is_assumed
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import residual_sentences
@@ -126,7 +127,7 @@ def _prediction(fitted: Fitted) -> dict[str, Any] | None:
     }
 
 
-def _result(estimate: Estimate) -> str:
+def _result(estimate: Estimate[Problem]) -> str:
     if bool(estimate.usable):
         return "successful"
     return "misses the record" if bool(estimate.converged) else "not converged"
@@ -154,7 +155,7 @@ def _own(own: OwnValue) -> dict[str, Any]:
     }
 
 
-def _scatter(estimate: Estimate) -> dict[str, Any] | None:
+def _scatter(estimate: Estimate[Problem]) -> dict[str, Any] | None:
     """Scatter from impact to impact, and the factors between which a single impact lies."""
     scatter = estimate.scatter
     if scatter is None:
@@ -179,7 +180,7 @@ def _restitution(fitted: Fitted) -> dict[str, Any] | None:
     return {**_table(speeds, middle), "half_width95": [_number(v) for v in half]}
 
 
-def _coupling(estimate: Estimate) -> dict[str, Any]:
+def _coupling(estimate: Estimate[Problem]) -> dict[str, Any]:
     told = identifiability(estimate)
     sizes = np.linalg.norm(np.asarray(told.sensitivities), axis=0)
     return {
@@ -200,7 +201,7 @@ def _coupling(estimate: Estimate) -> dict[str, Any]:
     }
 
 
-def _residuals(estimate: Estimate) -> dict[str, Any]:
+def _residuals(estimate: Estimate[Problem]) -> dict[str, Any]:
     found = residual_diagnostics(estimate)
     return {
         "sentences": residual_sentences(estimate),
@@ -222,7 +223,7 @@ def _residuals(estimate: Estimate) -> dict[str, Any]:
     }
 
 
-def _fitted_parameters(estimate: Estimate) -> dict[str, Any]:
+def _fitted_parameters(estimate: Estimate[Problem]) -> dict[str, Any]:
     return {
         name: {
             "value": _number(estimate.values[i]),
@@ -237,7 +238,7 @@ def _fitted_parameters(estimate: Estimate) -> dict[str, Any]:
     }
 
 
-def _fixed_parameters(estimate: Estimate) -> dict[str, Any]:
+def _fixed_parameters(estimate: Estimate[Problem]) -> dict[str, Any]:
     system = estimate.system
     return {
         name: {

@@ -156,7 +156,7 @@ def _own_values(
     }
 
 
-def _steps(estimate: Estimate) -> np.ndarray:
+def _steps(estimate: Estimate[Problem]) -> np.ndarray:
     """Steps of the parameters for central differences."""
     values = np.asarray(estimate.values)
     share = float(np.cbrt(np.finfo(values.dtype).eps))
@@ -164,7 +164,7 @@ def _steps(estimate: Estimate) -> np.ndarray:
 
 
 def _own_value(
-    estimate: Estimate,
+    estimate: Estimate[Problem],
     name: str,
     rest: Rest,
     factor: float,

@@ -4,6 +4,7 @@ import numpy as np
 
 from impactjax._compare.comparison import Fitted
 from impactjax._fit.estimate import Estimate
+from impactjax._problem.problem import Problem
 
 
 def outcome_of(fitted: Fitted) -> str:
@@ -13,6 +14,6 @@ def outcome_of(fitted: Fitted) -> str:
     return fitted.estimate.cause
 
 
-def was_simulated(estimate: Estimate) -> bool:
+def was_simulated(estimate: Estimate[Problem]) -> bool:
     """True if the simulation succeeded from at least one start."""
     return bool(np.isfinite(np.asarray(estimate.start_costs)).any())

@@ -7,13 +7,14 @@ from scipy import special
 
 from impactjax._fit.estimate import Estimate
 from impactjax._identify.residual_diagnostics import residual_diagnostics
+from impactjax._problem.problem import Problem
 from impactjax._report.style import FAINT, FITTED, OTHER, RECORDED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_autocorrelation(ax: "Axes", estimate: Estimate) -> "Axes":
+def plot_autocorrelation(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """Autocorrelation of the residuals, with the 95 % band of independent residuals."""
     found = residual_diagnostics(estimate)
     rho, band = np.asarray(found.autocorrelation), float(found.band)
@@ -25,7 +26,7 @@ def plot_autocorrelation(ax: "Axes", estimate: Estimate) -> "Axes":
     return ax
 
 
-def plot_quantiles(ax: "Axes", estimate: Estimate) -> "Axes":
+def plot_quantiles(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """Quantiles of the residuals against those of a normal distribution, with the diagonal."""
     valid = np.asarray(estimate.problem.recording.valid)
     size = float(estimate.rms) or 1.0  # zero without a successful simulation
@@ -38,7 +39,7 @@ def plot_quantiles(ax: "Axes", estimate: Estimate) -> "Axes":
     return ax
 
 
-def plot_impact_residuals(ax: "Axes", estimate: Estimate) -> "Axes":
+def plot_impact_residuals(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """Rms of the residuals just after each impact, divided by that of all. It is large for a law
     that does not describe the contact.
     """

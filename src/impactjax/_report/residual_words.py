@@ -9,12 +9,13 @@ import numpy as np
 from impactjax._fit.estimate import Estimate
 from impactjax._identify.residual_diagnostics import ResidualDiagnostics, residual_diagnostics
 from impactjax._number_format import apart
+from impactjax._problem.problem import Problem
 from impactjax._report.outcome import was_simulated
 
 _SAME = 0.005  # difference of a factor from 1 that two decimals do not show
 
 
-def residual_sentences(estimate: Estimate) -> list[str]:
+def residual_sentences(estimate: Estimate[Problem]) -> list[str]:
     """Sentences on independence, constant variance and normality of the residuals."""
     if not was_simulated(estimate):
         return ["Nothing could be simulated, so there are no residuals."]
@@ -22,7 +23,7 @@ def residual_sentences(estimate: Estimate) -> list[str]:
     return [independence(estimate, found), *_after_impacts(estimate, found), _normality(found)]
 
 
-def independence(estimate: Estimate, found: ResidualDiagnostics) -> str:
+def independence(estimate: Estimate[Problem], found: ResidualDiagnostics) -> str:
     """Sentence on the independence of the residuals, and its effect on the errors."""
     if bool(found.independent):
         correlated, runs = _correlations(found), _runs(found)
@@ -57,7 +58,7 @@ def _runs(found: ResidualDiagnostics) -> str:
     )
 
 
-def _allowance(estimate: Estimate) -> str:
+def _allowance(estimate: Estimate[Problem]) -> str:
     """Clause on the factors by which the errors differ from those for independent residuals."""
     inflation = np.asarray(estimate.inflation)
     factors = inflation[np.isfinite(inflation)]
@@ -81,7 +82,7 @@ def _normality(found: ResidualDiagnostics) -> str:
     return f"Their distribution is not normal{said} ({numbers})."
 
 
-def _after_impacts(estimate: Estimate, found: ResidualDiagnostics) -> list[str]:
+def _after_impacts(estimate: Estimate[Problem], found: ResidualDiagnostics) -> list[str]:
     if estimate.problem.recording.observes_impacts:
         return []
     after = np.asarray(found.after_impacts)

@@ -16,6 +16,7 @@ from impactjax._identify.information import Information
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._problem.parameters import replaced
+from impactjax._problem.problem import Problem
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
 
@@ -38,7 +39,7 @@ def speeds_of(fits: Sequence[Fitted]) -> Float[Array, " speeds"]:
 
 
 def restitution_curve(
-    estimate: Estimate, speeds: Float[Array, " speeds"]
+    estimate: Estimate[Problem], speeds: Float[Array, " speeds"]
 ) -> tuple[Curve, Curve, Curve] | None:
     """Speeds, the fitted law's restitution there, and half the width of its 95 % band; `None` for a
     law whose restitution has no closed form.

@@ -13,6 +13,7 @@ from impactjax._first_look.first_look import FirstLook
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.learned import Learned
 from impactjax._identify.restitution_band import restitution_band
+from impactjax._problem.problem import Problem
 from impactjax._report.restitution_curves import impacts, restitution_curve, speeds_of
 from impactjax._report.style import LAWS, RECORDED
 
@@ -43,7 +44,7 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted], look: FirstLook | None 
 
 
 def plot_learned_restitution(
-    ax: "Axes", learned: Learned, others: Sequence[Estimate] = ()
+    ax: "Axes", learned: Learned, others: Sequence[Estimate[Problem]] = ()
 ) -> "Axes":
     """The learned restitution with its 95 % band, over the range of the speeds of the impacts,
     which are marked; and for comparison other laws fitted to the recording.
@@ -67,7 +68,7 @@ def plot_learned_restitution(
 
 
 def _draw(
-    ax: "Axes", estimate: Estimate, speeds: Float[Array, " speeds"], label: str, color: str
+    ax: "Axes", estimate: Estimate[Problem], speeds: Float[Array, " speeds"], label: str, color: str
 ) -> None:
     at, ratios = impacts(estimate.impacts)
     ax.plot(at, ratios, "o", color=color, markersize=4, label=label)

@@ -12,6 +12,7 @@ from impactjax._compare.comparison import Fitted
 from impactjax._compare.ranking import differences, rejected
 from impactjax._fit.estimate import Estimate
 from impactjax._number_format import interval
+from impactjax._problem.problem import Problem
 from impactjax._report.given import given
 from impactjax._report.outcome import outcome_of, was_simulated
 
@@ -40,7 +41,7 @@ def law_rows(fits: Sequence[Fitted]) -> list[Row]:
     return rows
 
 
-def corrected_aic(estimate: Estimate) -> float:
+def corrected_aic(estimate: Estimate[Problem]) -> float:
     """Akaike's criterion for few observations, AICc = AIC + 2 k (k + 1)/(n − k − 1)."""
     n = int(estimate.problem.recording.observations)
     k = len(estimate.names) + (estimate.system.sensor.variance() is None)
@@ -84,7 +85,7 @@ def _unit(unit: str) -> str:
     return "" if unit == "1" else unit
 
 
-def impact_rows(estimate: Estimate) -> list[Row]:
+def impact_rows(estimate: Estimate[Problem]) -> list[Row]:
     """One row for each of the first forty impacts of the fitted motion."""
     log = jax.device_get(estimate.impacts)  # indexing NumPy arrays compiles nothing
     count = min(int(log.count), _MOST_IMPACTS)

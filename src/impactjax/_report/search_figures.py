@@ -6,6 +6,7 @@ import numpy as np
 
 from impactjax._first_look.first_look import FirstLook
 from impactjax._fit.estimate import Estimate
+from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._report.style import FITTED, OTHER, RECORDED
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 _SAME = 1.001  # ratio of sums of squares that count as the same minimum
 
 
-def plot_starts(ax: "Axes", estimate: Estimate) -> "Axes":
+def plot_starts(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """Rms of the residuals at the end of the search from each start, in order. A long flat step
     means that most starts lead to the best minimum. Starts whose simulation failed are left out.
     """

@@ -19,6 +19,7 @@ from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residual_diagnostics import residual_diagnostics
 from impactjax._identify.words import coupling, findings
 from impactjax._number_format import apart, interval, with_unit
+from impactjax._problem.problem import Problem
 from impactjax._report.given import given_sentences, listed
 from impactjax._report.outcome import outcome_of
 from impactjax._report.residual_words import independence
@@ -59,7 +60,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     return found
 
 
-def _does_not_fit(estimate: Estimate, share: float) -> str:
+def _does_not_fit(estimate: Estimate[Problem], share: float) -> str:
     said = (
         f"None of the laws describes the record: the best leaves {100 * share:.0f} % of its motion "
         "unexplained, so no parameter is identified."
@@ -159,7 +160,7 @@ def _describes_nothing(fits: Sequence[Fitted]) -> bool:
     return not bool(fits[0].estimate.usable)
 
 
-def _too_few(estimates: Sequence[Estimate], purpose: str) -> str:
+def _too_few(estimates: Sequence[Estimate[Problem]], purpose: str) -> str:
     """Sentence for a record that is too short for Akaike's criterion."""
     converged = [each for each in estimates if bool(each.converged)]
     n = independent_observations(min(converged, key=lambda each: float(each.aic)))
@@ -209,7 +210,7 @@ def _across(fits: Sequence[Fitted]) -> list[str]:
     return found
 
 
-def _lasting(estimate: Estimate) -> list[str]:
+def _lasting(estimate: Estimate[Problem]) -> list[str]:
     """Sentence on residuals that are autocorrelated over longer times than in their noise model."""
     if not bool(estimate.lasting):
         return []
@@ -220,7 +221,7 @@ def _lasting(estimate: Estimate) -> list[str]:
     ]
 
 
-def _scatter(estimate: Estimate) -> list[str]:
+def _scatter(estimate: Estimate[Problem]) -> list[str]:
     """Sentence on the scatter of restitution, if the fit has it."""
     scatter = estimate.scatter
     if scatter is None:
@@ -235,7 +236,7 @@ def _scatter(estimate: Estimate) -> list[str]:
     ]
 
 
-def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:
+def _at_the_floor(estimate: Estimate[Problem], unit: str, factor: float) -> list[str]:
     """Sentence for residuals that are no larger than the quantisation error."""
     floor = float(estimate.problem.system.sensor.floor()) ** 0.5
     rms = float(estimate.rms)
@@ -247,7 +248,7 @@ def _at_the_floor(estimate: Estimate, unit: str, factor: float) -> list[str]:
     ]
 
 
-def _beyond_the_noise(estimate: Estimate) -> list[str]:
+def _beyond_the_noise(estimate: Estimate[Problem]) -> list[str]:
     """Sentence for residuals that are too large or too small for the known noise."""
     known = estimate.problem.variance()
     times = 1.0 if known is None else float(estimate.rms / known**0.5)

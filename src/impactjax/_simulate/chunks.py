@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool
+from jaxtyping import Array, Bool, PyTree
 
 from impactjax._simulate.varying import alike
 
@@ -72,7 +72,7 @@ def _most(count: Array) -> Array:
 
 
 @_most.def_vmap
-def _(size: int, batched: list, counts: Array) -> tuple[Array, bool]:
+def _(size: int, batched: list[PyTree], counts: Array) -> tuple[Array, bool]:
     del size, batched
     return _most(jnp.max(counts)), False
 

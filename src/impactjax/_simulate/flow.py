@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import PyTree
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.law import AbstractForceLaw
@@ -107,7 +108,7 @@ def flow(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> State:
     )
 
 
-def _internal_rates(model: ImpactOscillator, y: State, mode: Mode) -> tuple:
+def _internal_rates(model: ImpactOscillator, y: State, mode: Mode) -> tuple[PyTree, ...]:
     mass = model.oscillator.mass
     rates = []
     for wall in walls(model):

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import jax.numpy as jnp
 from jax.extend.core import JaxprEqn
-from jaxtyping import Array
+from jaxtyping import Array, PyTree
 
 from impactjax._simulate.jaxpr import read, unchanged
 from impactjax._types import Scalar
@@ -82,27 +82,27 @@ def _of_corners(same: Map, operands: list[Operand]) -> Interval:
     return _hull([same(*corner) for corner in corners])
 
 
-def _rising(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _rising(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     """Bounds of a map that increases in all its operands, or rearranges them."""
     del params
     each = [_widened(operand) for operand in operands]
     return Interval(same(*[side.low for side in each]), same(*[side.high for side in each]))
 
 
-def _converted(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _converted(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     low, high = _rising(same, params, operands)
     return Interval(low, high) if low.dtype != bool else _anything(low)
 
 
-def _falling(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _falling(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     low, high = _rising(same, params, operands)
     return Interval(high, low)
 
 
-def _above(least: float, otherwise: Callable) -> Callable:
+def _above(least: float, otherwise: Callable[..., PyTree]) -> Callable[..., PyTree]:
     """A rule that is valid for operands above `least`; otherwise the value is unbounded."""
 
-    def rule(same: Map, params: dict, operands: list[Operand]) -> Interval:
+    def rule(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
         low, high = otherwise(same, params, operands)
         fine = _widened(operands[0]).low > least
         return Interval(jnp.where(fine, low, -jnp.inf), jnp.where(fine, high, jnp.inf))
@@ -110,19 +110,19 @@ def _above(least: float, otherwise: Callable) -> Callable:
     return rule
 
 
-def _subtract(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _subtract(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     del params
     a, b = (_widened(operand) for operand in operands)
     return Interval(same(a.low, b.high), same(a.high, b.low))
 
 
-def _multiply(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _multiply(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     if operands[0] is operands[1]:
         return _even(same, params, operands)
     return _of_corners(same, operands)
 
 
-def _even(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _even(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     """Bounds of a map that rises with the distance of its operand from zero."""
     del params
     low, high = _widened(operands[0])
@@ -132,7 +132,7 @@ def _even(same: Map, params: dict, operands: list[Operand]) -> Interval:
     return Interval(same(*[near] * count), same(*[far] * count))
 
 
-def _divide(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _divide(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     del params
     low, high = _of_corners(same, operands)
     divisor = _widened(operands[1])
@@ -140,7 +140,7 @@ def _divide(same: Map, params: dict, operands: list[Operand]) -> Interval:
     return Interval(jnp.where(fine, low, -jnp.inf), jnp.where(fine, high, jnp.inf))
 
 
-def _integer_power(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _integer_power(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     exponent = params["y"]
     if exponent >= 0:
         return (_rising if exponent % 2 else _even)(same, params, operands)
@@ -151,24 +151,24 @@ def _integer_power(same: Map, params: dict, operands: list[Operand]) -> Interval
     return Interval(jnp.where(fine, low, -jnp.inf), jnp.where(fine, high, jnp.inf))
 
 
-def _power(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _power(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     del params
     low, high = _of_corners(same, operands)
     fine = _widened(operands[0]).low >= 0
     return Interval(jnp.where(fine, low, -jnp.inf), jnp.where(fine, high, jnp.inf))
 
 
-def _logical(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _logical(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     low, high = _rising(same, params, operands)
     return Interval(low, high) if low.dtype == bool else _anything(low)
 
 
-def _sine(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _sine(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     del same, params
     return _wave(_widened(operands[0]), jnp.sin, math.pi / 2)
 
 
-def _cosine(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _cosine(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     del same, params
     return _wave(_widened(operands[0]), jnp.cos, 0.0)
 
@@ -186,20 +186,20 @@ def _wave(angle: Interval, wave: Map, crest: float) -> Interval:
     )
 
 
-def _less(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _less(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     """Truth of `a < b`: decided if it is the same for all pairs of ends."""
     del params
     a, b = (_widened(operand) for operand in operands)
     return Interval(same(a.high, b.low), same(a.low, b.high))
 
 
-def _greater(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _greater(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     del params
     a, b = (_widened(operand) for operand in operands)
     return Interval(same(a.low, b.high), same(a.high, b.low))
 
 
-def _select(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _select(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     del params
     which, *cases = operands
     lows, highs = zip(*[_widened(case) for case in cases], strict=True)
@@ -212,7 +212,7 @@ def _select(same: Map, params: dict, operands: list[Operand]) -> Interval:
     )
 
 
-def _contract(same: Map, params: dict, operands: list[Operand]) -> Interval:
+def _contract(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
     """Bounds of a product of arrays, from the middle and the radius of each."""
     del params
     sides = [_widened(operand) for operand in operands]
@@ -230,7 +230,7 @@ _RISING = (
     "reshape", "squeeze", "expand_dims", "copy", "slice", "transpose", "rev", "concatenate",
     "stack", "stop_gradient", "reduce_and", "reduce_or",
 )  # fmt: skip
-_RULES: dict[str, Callable[[Map, dict, list[Operand]], Interval]] = {
+_RULES: dict[str, Callable[[Map, dict[str, PyTree], list[Operand]], Interval]] = {
     **dict.fromkeys(_RISING, _rising),
     **dict.fromkeys(("neg", "not", "acos"), _falling),
     **dict.fromkeys(("abs", "square", "cosh"), _even),

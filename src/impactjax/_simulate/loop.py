@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array
+from jaxtyping import Array, PyTree
 
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode
@@ -38,7 +38,7 @@ def record_steps(step: AbstractStep, chatter: Chatter, max_steps: int, run: Run)
         return _loop(step, chatter, max_steps, runs)
 
     @record_batch.def_vmap
-    def _(size: int, batched: list, runs: Run) -> tuple[Record, Record]:
+    def _(size: int, batched: list[PyTree], runs: Run) -> tuple[Record, Record]:
         def merged(x: Array, is_batched: bool) -> Array:
             x = x if is_batched else jnp.broadcast_to(x, (size, *x.shape))
             return x.reshape(-1, *x.shape[2:])

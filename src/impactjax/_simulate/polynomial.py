@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 from jax.custom_derivatives import SymbolicZero
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PyTree
 
 from impactjax._types import Scalar
 
@@ -24,7 +24,9 @@ def polynomial(coefficients: Coefficients, w: Scalar, delay: Scalar) -> Scalar:
     return horner(list(coefficients), w)
 
 
-def _polynomial_jvp(primals: tuple, tangents: tuple) -> tuple[Scalar, Scalar]:
+def _polynomial_jvp(
+    primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]
+) -> tuple[Scalar, Scalar]:
     coefficients, w, delay = primals
     d_coefficients, d_w, d_delay = tangents
     change = jnp.zeros_like(coefficients)

@@ -68,7 +68,9 @@ def differentiable_path(
 
 
 @partial(differentiable_path.defjvp, symbolic_zeros=True)
-def _(step: AbstractStep, primals: tuple, tangents: tuple) -> tuple[Path, Path]:
+def _(
+    step: AbstractStep, primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]
+) -> tuple[Path, Path]:
     model, y0, t0, t1, factors, record = primals
     d_model, d_y0, d_t0, d_t1, d_factors, _ = tangents
     values = differentiable_path(step, *primals)

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, PyTree
 
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import shortened
@@ -212,7 +212,9 @@ def _stepped(
     return jax.tree.unflatten(structure, end[:-1]), jnp.max(jnp.stack(relative))
 
 
-def _advanced(leaves: list[Array], h: Scalar, weights: np.ndarray, stages: list) -> list[Array]:
+def _advanced(
+    leaves: list[Array], h: Scalar, weights: np.ndarray, stages: list[PyTree]
+) -> list[Array]:
     """Sum y + h Σ wⱼ kⱼ, leaf by leaf."""
     weighted = [(float(w), stage) for w, stage in zip(weights, stages, strict=False) if w != 0]
     return [

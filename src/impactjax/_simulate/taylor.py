@@ -15,7 +15,7 @@ import numpy as np
 from jax import lax
 from jax.core import ShapedArray
 from jax.extend.core import JaxprEqn
-from jaxtyping import Array
+from jaxtyping import Array, PyTree
 
 from impactjax._simulate.jaxpr import read, unchanged
 from impactjax._types import Scalar
@@ -124,7 +124,7 @@ def _times(number: float, value: Array) -> Array:
     return lax.mul(value, np.full(value.shape, number, value.dtype))
 
 
-def _add(operands: list[Operand], params: dict, program: Program) -> Series:
+def _add(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     del params
     a, b = operands
     if isinstance(a, list) and isinstance(b, list):
@@ -135,14 +135,14 @@ def _add(operands: list[Operand], params: dict, program: Program) -> Series:
     return _grown(program, lambda k: lax.add(series[k], constant) if k == 0 else series[k])
 
 
-def _subtract(operands: list[Operand], params: dict, program: Program) -> Series:
+def _subtract(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     a, b = operands
     if isinstance(b, list):
         return _add([a, _grown(program, lambda k: lax.neg(b[k]))], params, program)
     return _add([a, -b], params, program)
 
 
-def _multiply(operands: list[Operand], params: dict, program: Program) -> Series:
+def _multiply(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     del params
     a, b = operands
     if isinstance(a, list) and isinstance(b, list):
@@ -155,7 +155,7 @@ def _multiply(operands: list[Operand], params: dict, program: Program) -> Series
     return _grown(program, lambda k: lax.mul(series[k], constant))
 
 
-def _divide(operands: list[Operand], params: dict, program: Program) -> Series:
+def _divide(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     del params
     a, b = operands
     if not isinstance(b, list):
@@ -173,7 +173,7 @@ def _divide(operands: list[Operand], params: dict, program: Program) -> Series:
     return quotient
 
 
-def _integer_power(operands: list[Operand], params: dict, program: Program) -> Series:
+def _integer_power(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     (a,) = operands
     assert isinstance(a, list)
     exponent = params["y"]
@@ -189,7 +189,7 @@ def _integer_power(operands: list[Operand], params: dict, program: Program) -> S
     return squared if exponent % 2 == 0 else _multiply([squared, a], {}, program)
 
 
-def _square(operands: list[Operand], params: dict, program: Program) -> Series:
+def _square(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     return _multiply([operands[0], operands[0]], params, program)
 
 
@@ -206,7 +206,7 @@ def _derivative(operand: Operand, program: Program) -> Series:
     return slope
 
 
-def _exponential(operands: list[Operand], params: dict, program: Program) -> Series:
+def _exponential(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     del params
     (a,) = operands
     assert isinstance(a, list)
@@ -240,17 +240,17 @@ def _sine_and_cosine(operand: Operand, program: Program) -> tuple[Series, Series
     return sine, cosine
 
 
-def _sine(operands: list[Operand], params: dict, program: Program) -> Series:
+def _sine(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     del params
     return _sine_and_cosine(operands[0], program)[0]
 
 
-def _cosine(operands: list[Operand], params: dict, program: Program) -> Series:
+def _cosine(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     del params
     return _sine_and_cosine(operands[0], program)[1]
 
 
-def _select(operands: list[Operand], params: dict, program: Program) -> Series:
+def _select(operands: list[Operand], params: dict[str, PyTree], program: Program) -> Series:
     del params
     which, *cases = operands
     if isinstance(which, list):
@@ -273,7 +273,7 @@ _LINEAR = (
     "rev",
     "reduce_sum",
 )
-_RULES: dict[str, Callable[[list[Operand], dict, Program], Series]] = {
+_RULES: dict[str, Callable[[list[Operand], dict[str, PyTree], Program], Series]] = {
     "add": _add,
     "add_any": _add,
     "sub": _subtract,

@@ -1,7 +1,7 @@
 """Taylor series as a solver for `diffrax.diffeqsolve`."""
 
 from collections.abc import Callable
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import diffrax
 import equinox as eqx
@@ -36,7 +36,7 @@ class _Polynomial(diffrax.AbstractLocalInterpolation):
         return jax.tree.map(lambda *series: horner(series, jnp.asarray(w)), *self.coefficients)
 
 
-class Taylor(diffrax.AbstractSolver):
+class Taylor(diffrax.AbstractSolver[Any]):
     """A Taylor-series method of any order, for `diffrax.diffeqsolve` and analytic vector fields.
 
     The series is derived from the vector field itself: its jaxpr is read once, and each operation
@@ -69,7 +69,7 @@ class Taylor(diffrax.AbstractSolver):
 
     def step(
         self,
-        terms: diffrax.AbstractTerm,
+        terms: diffrax.AbstractTerm[Any, Any],
         t0: _Time,
         t1: _Time,
         y0: _State,
@@ -98,6 +98,8 @@ class Taylor(diffrax.AbstractSolver):
         )
         return y1, error, {"coefficients": coefficients}, None, diffrax.RESULTS.successful
 
-    def func(self, terms: diffrax.AbstractTerm, t0: _Time, y0: _State, args: PyTree) -> _State:
+    def func(
+        self, terms: diffrax.AbstractTerm[Any, Any], t0: _Time, y0: _State, args: PyTree
+    ) -> _State:
         """The vector field."""
         return terms.vf(t0, y0, args)
