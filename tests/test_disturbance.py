@@ -69,15 +69,51 @@ def test_derivative_by_zero_base_amplitude():
     np.testing.assert_allclose(slopes, frequency * TIMES - np.sin(frequency * TIMES), atol=1e-6)
 
 
+def resting(p, times):
+    """Penetration of a mass in a stop that shakes, long after it came to stand there."""
+    omega0, gamma, amplitude, frequency = p
+    stiff, slow = omega0**2 - frequency**2, 2 * gamma * omega0 * frequency
+    phase = frequency * times - jnp.arctan2(slow, stiff)
+    return -9.81 / omega0**2 + amplitude * frequency**2 * jnp.sin(phase) / jnp.hypot(stiff, slow)
+
+
+@pytest.mark.parametrize("gamma", [0.03, 0.3, 1.0, 1.5])
+def test_derivatives_of_mass_resting_in_shaken_stop(gamma):
+    """The fast motion of the contact has faded: few steps are enough, also for all derivatives."""
+    p, times = jnp.array([700.0, gamma, 1e-3, 60.0]), jnp.linspace(1.5, 2.0, 7)
+
+    def run(p):
+        ball = ij.BouncingBall(9.81, base=ij.HarmonicMotion(p[2], p[3]))
+        model = ij.ImpactOscillator(ball, ij.Stop(ij.KelvinVoigt(p[0], p[1])))
+        return ij.simulate(model, ij.InitialState(0.0, -0.01), times, t0=0.0, max_steps=2048)
+
+    def positions(p):
+        found = run(p)
+        return found.position, (found.result, found.stats.steps)
+
+    slopes, (result, steps) = jax.jit(jax.jacfwd(positions, has_aux=True))(p)
+    assert result == ij.RESULTS.successful
+    assert steps < {0.03: 1400, 0.3: 600, 1.0: 600, 1.5: 1200}[gamma]
+    expected = jax.jacfwd(resting)(p, times)
+    scale = np.max(np.abs(expected), axis=0)
+    np.testing.assert_allclose(slopes / scale, expected / scale, atol=1e-7)
+
+
 @quick
 @pytest.mark.parametrize("seed", range(8))
 def test_rates_of_two_states_are_those_of_eigenvalues(seed):
     """By NumPy, and by the method for any number of states, which is right to a few per cent."""
     matrix = np.random.default_rng(seed).normal(size=(2, 2))
     values = np.linalg.eigvals(matrix)
+    fades = np.max(values.real) < 0
+    damping = -values[0].real / np.abs(values[0]) if fades and values[0].imag != 0 else 1.0
     for time in (0.0, 0.7, 3.0):
         grown = np.abs(np.exp(values * time))
-        expected = np.max(np.abs(values)), np.max(np.abs(values) * grown) / np.max(grown)
-        found = _rates_of_two(jnp.asarray(matrix), jnp.asarray(time))
-        np.testing.assert_allclose(found, expected, rtol=1e-12)
-        np.testing.assert_allclose(_rates(jnp.asarray(matrix), jnp.asarray(time)), found, rtol=0.05)
+        for driven, least in ((False, 0.0), (True, 1.0)):
+            lasting = np.max(np.abs(values) * grown) / max(np.max(grown), least)
+            found = _rates_of_two(jnp.asarray(matrix), jnp.asarray(time), driven)
+            expected = np.max(np.abs(values)), lasting, damping
+            np.testing.assert_allclose(found, expected, rtol=1e-12)
+        found = _rates_of_two(jnp.asarray(matrix), jnp.asarray(time), driven=False)
+        several = _rates(jnp.asarray(matrix), jnp.asarray(time))
+        np.testing.assert_allclose(several[:2], found[:2], rtol=0.05)

@@ -10,11 +10,12 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 from impactjax._simulate.automaton import Automaton
-from impactjax._simulate.driving import driving_rate
+from impactjax._simulate.driving import driving_rate, is_driven
 from impactjax._simulate.step import AbstractStep, Point
 from impactjax._simulate.varying import alike
 from impactjax._types import Scalar
 
+_STABLE = 0.8  # of the step whose last term fades as fast as the motion
 _SQUARINGS = 8
 _POWER = 2**_SQUARINGS
 
@@ -26,15 +27,19 @@ def longest_step(
 
     With the flow's Jacobian A, a disturbance at the begin of the phase, `begun`, has become e^(Aτ)
     times it. The error of a step is (A h)ⁿ e^(Aτ), beside which the disturbance itself is e^(Aτ):
-    what fades faster than the rest asks for stability only, as if the tolerance were 1. A driving
-    force counts however small its amplitude, by which there may be a derivative.
+    what fades faster than the rest asks for stability only, as if the tolerance were the share of
+    damping in its rate. A disturbance of a parameter does not fade, and in the long run its effect
+    on a damped flow is as fast as what drives the flow. A driving force counts however small its
+    amplitude, by which there may be a derivative.
     """
     jacobian, age = _jacobian(automaton, start), (start.t - begun) / step.power
-    rates = _rates_of_two if len(jacobian) == 2 else _rates
-    fastest, lasting = rates(jacobian, age)
+    if len(jacobian) == 2:
+        fastest, lasting, damping = _rates_of_two(jacobian, age, is_driven(automaton.model))
+    else:
+        fastest, lasting, damping = _rates(jacobian, age)
     lasting = jnp.maximum(lasting, driving_rate(automaton.model, start.t, start.y))
     accurate = _over(step.reach(tolerance), lasting)
-    stable = _over(step.reach(jnp.ones_like(tolerance)), fastest)
+    stable = _over(_STABLE * step.reach(jnp.maximum(damping, tolerance)), fastest)
     return jnp.minimum(accurate, stable)
 
 
@@ -50,26 +55,35 @@ def _jacobian(automaton: Automaton, start: Point) -> Float[Array, "n n"]:
     return jnp.where(jnp.all(jnp.isfinite(matrix)), matrix, 0.0)
 
 
-def _rates_of_two(matrix: Float[Array, "2 2"], time: Scalar) -> tuple[Scalar, Scalar]:
+def _rates_of_two(
+    matrix: Float[Array, "2 2"], time: Scalar, driven: bool
+) -> tuple[Scalar, Scalar, Scalar]:
     """`_rates` of two states, from the eigenvalues m ± √q of A: the larger |λ|, and the larger
-    |λ e^(λ time)| over the larger |e^(λ time)|.
+    |λ e^(λ time)| over the larger |e^(λ time)|, or over 1, the disturbance of a parameter, if that
+    is larger and the flow is driven; and the damping ratio of complex eigenvalues.
     """
     (a, b), (c, d) = matrix
     mean, q = (a + d) / 2, ((a - d) / 2) ** 2 + b * c
     real, imaginary = jnp.sqrt(jnp.maximum(q, 0)), jnp.sqrt(jnp.maximum(-q, 0))
-    lasting, fading = jnp.hypot(mean + real, imaginary), jnp.hypot(mean - real, imaginary)
-    fastest = jnp.maximum(lasting, fading)
-    return fastest, jnp.maximum(lasting, fading * jnp.exp(-2 * real * time))
+    slow, fast = jnp.hypot(mean + real, imaginary), jnp.hypot(mean - real, imaginary)
+    fastest, grown = jnp.maximum(slow, fast), mean + real
+    grown = jnp.maximum(grown, 0.0) if driven else grown
+    lasting = jnp.maximum(
+        slow * jnp.exp((mean + real - grown) * time), fast * jnp.exp((mean - real - grown) * time)
+    )
+    complex_ = (imaginary > 0) & (mean < 0)
+    return fastest, lasting, jnp.where(complex_, -mean / jnp.where(complex_, slow, 1.0), 1.0)
 
 
-def _rates(matrix: Float[Array, "n n"], time: Scalar) -> tuple[Scalar, Scalar]:
+def _rates(matrix: Float[Array, "n n"], time: Scalar) -> tuple[Scalar, Scalar, Scalar]:
     """The spectral radius of A, and that of A e^(A time) over that of e^(A time), with a time cut
-    where no difference is left.
+    where no difference is left; and 1 for a damping that is not known.
     """
     fastest = _spectral_radius(matrix)
     time = jnp.minimum(time, _over(jnp.asarray(_POWER / 2, matrix.dtype), fastest))
     faded, _ = _large_power(jnp.eye(len(matrix), dtype=matrix.dtype) + matrix * time / _POWER)
-    return fastest, _spectral_radius(matrix @ faded) / _spectral_radius(faded)
+    lasting = _spectral_radius(matrix @ faded) / _spectral_radius(faded)
+    return fastest, lasting, jnp.ones_like(lasting)
 
 
 def _spectral_radius(matrix: Float[Array, "n n"]) -> Scalar:
