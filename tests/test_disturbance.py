@@ -102,18 +102,18 @@ def test_derivatives_of_mass_resting_in_shaken_stop(gamma):
 @quick
 @pytest.mark.parametrize("seed", range(8))
 def test_rates_of_two_states_are_those_of_eigenvalues(seed):
-    """By NumPy, and by the method for any number of states, which is right to a few per cent."""
+    """By NumPy; where a disturbance grows, also by the method for any number of states, which is
+    right to a few per cent.
+    """
     matrix = np.random.default_rng(seed).normal(size=(2, 2))
     values = np.linalg.eigvals(matrix)
     fades = np.max(values.real) < 0
     damping = -values[0].real / np.abs(values[0]) if fades and values[0].imag != 0 else 1.0
     for time in (0.0, 0.7, 3.0):
         grown = np.abs(np.exp(values * time))
-        for driven, least in ((False, 0.0), (True, 1.0)):
-            lasting = np.max(np.abs(values) * grown) / max(np.max(grown), least)
-            found = _rates_of_two(jnp.asarray(matrix), jnp.asarray(time), driven)
-            expected = np.max(np.abs(values)), lasting, damping
-            np.testing.assert_allclose(found, expected, rtol=1e-12)
-        found = _rates_of_two(jnp.asarray(matrix), jnp.asarray(time), driven=False)
-        several = _rates(jnp.asarray(matrix), jnp.asarray(time))
-        np.testing.assert_allclose(several[:2], found[:2], rtol=0.05)
+        lasting = np.max(np.abs(values) * grown) / max(np.max(grown), 1.0)
+        found = _rates_of_two(jnp.asarray(matrix), jnp.asarray(time))
+        np.testing.assert_allclose(found, (np.max(np.abs(values)), lasting, damping), rtol=1e-12)
+        if not fades:
+            several = _rates(jnp.asarray(matrix), jnp.asarray(time))
+            np.testing.assert_allclose(several[:2], found[:2], rtol=0.05)

@@ -156,3 +156,17 @@ def test_unreachable_restitution_is_refused(make, r):
 def test_force_law_outside_range_gives_result_code():
     run = drop(ij.KelvinVoigtLinearRestitution(200.0, 0.9, 0.5), height=0.3)
     assert run.result == ij.RESULTS.restitution_out_of_range
+
+
+@pytest.mark.parametrize("p", mostly_thorough([0.25, 0.5], 0.25))
+def test_force_vanishing_at_surface_lets_the_mass_go(p):
+    """Contact and flight inside the indentation both end at the surface, where the force has an
+    infinite slope.
+    """
+
+    def finished(height):
+        law = ij.PowerLaw(1e5, 300.0, 1.0, p, 1.0, separation=ij.AtZeroForce())
+        run = drop(law, height=height, max_steps=2048)
+        return run.result == ij.RESULTS.successful
+
+    assert np.all(jax.jit(jax.vmap(finished))(np.linspace(0.05, 0.2, 16)))

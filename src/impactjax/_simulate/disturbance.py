@@ -10,7 +10,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 from impactjax._simulate.automaton import Automaton
-from impactjax._simulate.driving import driving_rate, is_driven
+from impactjax._simulate.driving import driving_rate
 from impactjax._simulate.step import AbstractStep, Point
 from impactjax._simulate.varying import alike
 from impactjax._types import Scalar
@@ -33,10 +33,8 @@ def longest_step(
     amplitude, by which there may be a derivative.
     """
     jacobian, age = _jacobian(automaton, start), (start.t - begun) / step.power
-    if len(jacobian) == 2:
-        fastest, lasting, damping = _rates_of_two(jacobian, age, is_driven(automaton.model))
-    else:
-        fastest, lasting, damping = _rates(jacobian, age)
+    rates = _rates_of_two if len(jacobian) == 2 else _rates
+    fastest, lasting, damping = rates(jacobian, age)
     lasting = jnp.maximum(lasting, driving_rate(automaton.model, start.t, start.y))
     accurate = _over(step.reach(tolerance), lasting)
     stable = _over(_STABLE * step.reach(jnp.maximum(damping, tolerance)), fastest)
@@ -55,19 +53,16 @@ def _jacobian(automaton: Automaton, start: Point) -> Float[Array, "n n"]:
     return jnp.where(jnp.all(jnp.isfinite(matrix)), matrix, 0.0)
 
 
-def _rates_of_two(
-    matrix: Float[Array, "2 2"], time: Scalar, driven: bool
-) -> tuple[Scalar, Scalar, Scalar]:
+def _rates_of_two(matrix: Float[Array, "2 2"], time: Scalar) -> tuple[Scalar, Scalar, Scalar]:
     """`_rates` of two states, from the eigenvalues m ± √q of A: the larger |λ|, and the larger
-    |λ e^(λ time)| over the larger |e^(λ time)|, or over 1, the disturbance of a parameter, if that
-    is larger and the flow is driven; and the damping ratio of complex eigenvalues.
+    |λ e^(λ time)| over the larger of |e^(λ time)| and 1, the disturbance of a parameter; and the
+    damping ratio of complex eigenvalues.
     """
     (a, b), (c, d) = matrix
     mean, q = (a + d) / 2, ((a - d) / 2) ** 2 + b * c
     real, imaginary = jnp.sqrt(jnp.maximum(q, 0)), jnp.sqrt(jnp.maximum(-q, 0))
     slow, fast = jnp.hypot(mean + real, imaginary), jnp.hypot(mean - real, imaginary)
-    fastest, grown = jnp.maximum(slow, fast), mean + real
-    grown = jnp.maximum(grown, 0.0) if driven else grown
+    fastest, grown = jnp.maximum(slow, fast), jnp.maximum(mean + real, 0.0)
     lasting = jnp.maximum(
         slow * jnp.exp((mean + real - grown) * time), fast * jnp.exp((mean - real - grown) * time)
     )

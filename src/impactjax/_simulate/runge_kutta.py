@@ -1,8 +1,7 @@
 """A step by an explicit Runge-Kutta method of Diffrax."""
 
 import math
-from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import equinox as eqx
 import jax
@@ -14,9 +13,9 @@ from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import shortened
 from impactjax._simulate.flow import driven_acceleration
 from impactjax._simulate.grading import Grading, grading_of, time_to_surface
-from impactjax._simulate.quintic import watched
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
+from impactjax._simulate.step_event import along_flow, first_event
 from impactjax._types import Code, Flag, Scalar
 
 if TYPE_CHECKING:
@@ -29,8 +28,6 @@ _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
 _CLOSE = 0.5  # time left to the surface after a step in a contact, relative to the step's duration
 _CONFIRM = 0.7  # share of a step that begins a contact, at which it must be accurate too
 _SLOW = 1e-4  # of the largest speed: errors of a slower mass need not be smaller
-
-Value = TypeVar("Value", Scalar, list[Scalar])
 
 
 class _Expansion(NamedTuple):
@@ -115,7 +112,7 @@ class RungeKutta(AbstractStep):
         # Accepted if accurate and clear, and either without an event ahead (`plain`), or ending on
         # it (`landed`), or with it at the start, as a step of duration zero (`at_once`).
         settle = h <= _RESOLUTION * guess
-        event, fraction, unclear = _first_event(automaton, start, end, h, memory.target, settle)
+        event, fraction, unclear = first_event(automaton, start, end, h, memory.target, settle)
         found = accurate & (event != NO_EVENT)
         landed = found & (jnp.abs(fraction - 1) <= math.sqrt(np.finfo(h.dtype).eps))
         at_once = found & ~unclear & (start.t + fraction * h == start.t)
@@ -233,10 +230,10 @@ def _first_guess(automaton: Automaton, start: Point, tolerance: Scalar, order: i
         return driven_acceleration(automaton.model, t, y, start.mode)
 
     def jerk(t: Scalar, y: State) -> Scalar:
-        return _along_flow(automaton, acceleration, t, y, start.mode)
+        return along_flow(automaton, acceleration, t, y, start.mode)
 
     def snap(t: Scalar, y: State) -> Scalar:
-        return _along_flow(automaton, jerk, t, y, start.mode)
+        return along_flow(automaton, jerk, t, y, start.mode)
 
     tiny = jnp.finfo(start.t.dtype).tiny
     first, second, third = (
@@ -246,52 +243,3 @@ def _first_guess(automaton: Automaton, start: Point, tolerance: Scalar, order: i
     released = (start.y.velocity == 0) & jnp.isfinite(third)
     scale = jnp.maximum(scale, jnp.where(released, second / third, 0.0))
     return (_LOCAL * tolerance) ** (1 / order) * jnp.where(scale > 0, scale, jnp.inf)
-
-
-def _along_flow(
-    automaton: Automaton,
-    function: Callable[[Scalar, State], Value],
-    t: Scalar,
-    y: State,
-    mode: Mode,
-) -> Value:
-    """Time derivative of a function of time and state along the flow of the mode."""
-    return jax.jvp(function, (t, y), (jnp.ones_like(t), automaton.flow(t, y, mode)))[1]
-
-
-def _first_event(
-    automaton: Automaton, start: Point, end: State, h: Scalar, target: Code, settle: Flag
-) -> tuple[Code, Scalar, Flag]:
-    """The first transition on a step, its place as a fraction of the step, and a flag if it is
-    unclear. The transition `target` also counts if the step ends just before it.
-    """
-    before = _guard_jets(automaton, start.t, start.y, start.mode)
-    after = _guard_jets(automaton, start.t + h, end, start.mode)
-    before = automaton.just_after(start.arrival, start.mode, before)
-    event, fraction, unclear = jnp.int32(NO_EVENT), jnp.full_like(h, jnp.inf), jnp.zeros((), bool)
-    for index, (jet0, jet1) in enumerate(zip(before, after, strict=True)):
-        crossing = watched(jet0, jet1, h, settle)
-        ahead = 1 - jet1[0] / (jet1[1] * h)
-        close = (target == index) & (jnp.abs(ahead - 1) < 0.5)
-        own = jnp.where(jnp.isinf(crossing.fraction) & close, ahead, crossing.fraction)
-        earlier = own < fraction
-        event = jnp.where(earlier, index, event).astype(jnp.int32)
-        fraction = jnp.where(earlier, own, fraction)
-        unclear = unclear | crossing.unclear
-    return event, fraction, unclear & (fraction > 0)
-
-
-def _guard_jets(
-    automaton: Automaton, t: Scalar, y: State, mode: Mode
-) -> list[tuple[Scalar, Scalar, Scalar]]:
-    """Each guard with its first and second derivative in time along the flow."""
-
-    def value(t: Scalar, y: State) -> list[Scalar]:
-        return automaton.guards(t, y, mode)
-
-    def derivative(t: Scalar, y: State) -> list[Scalar]:
-        return _along_flow(automaton, value, t, y, mode)
-
-    first = derivative(t, y)
-    second = _along_flow(automaton, derivative, t, y, mode)
-    return list(zip(value(t, y), first, second, strict=True))
