@@ -106,5 +106,8 @@ def test_fit_worse_than_special_case_has_no_result():
         viscous.estimate, dataclasses.replace(both.estimate, rms=0.9 * viscous.estimate.rms)
     )
     assert not _is_worse(both.estimate, viscous.estimate)
-    failed = both._replace(worse_than=("none",))
+    worse = jnp.asarray(ij.Outcome.WORSE_THAN_SPECIAL_CASE)
+    failed = both._replace(
+        worse_than=("none",), estimate=dataclasses.replace(both.estimate, outcome=worse)
+    )
     assert outcome_of(failed) == "worse than none, which it contains: the search failed"

@@ -89,7 +89,7 @@ def test_independence_sentence_names_the_failed_test(left):
 def test_independence_sentence_names_the_largest_lag(lag):
     """Lag 1 and the runs are as expected, which is not what the sentence may point at."""
     (said, *_) = residual_sentences(leaving(echo(lag, 0.4, lag)))
-    assert said.startswith("The residuals are autocorrelated")
+    assert said.startswith("The residuals are not independent")
     assert f"at lag {lag})" in said
     assert "runs" not in said
 

@@ -36,6 +36,7 @@ GROUND = [
     "_types",
     "_known",
     "_results",
+    "_abstract_code",
     "_outcome",
     "_number_format",
     "_parameter",

@@ -188,8 +188,9 @@ def _fits(
         better = tuple(small for small, (_, of) in cases.items() if _is_worse(estimate, of))
         if better:
             nothing = jnp.full_like(estimate.verdicts, Verdict.NOT_IDENTIFIED)
-            worse = jnp.full_like(estimate.outcome, Outcome.WORSE_THAN_SPECIAL_CASE)
-            estimate = dataclasses.replace(estimate, outcome=worse, verdicts=nothing)
+            worse, own = Outcome.WORSE_THAN_SPECIAL_CASE, estimate.outcome
+            outcome = jnp.where(estimate.converged, worse, own).astype(own.dtype)
+            estimate = dataclasses.replace(estimate, outcome=outcome, verdicts=nothing)
         return Fitted(name, estimate, time.perf_counter() - begin, stated, better)
 
     for stage in in_stages({name: each.model for name, each in experiments.items()}):

@@ -1,46 +1,33 @@
 """Reasons of verdicts."""
 
-import enum
 from typing import TYPE_CHECKING
 
 from jaxtyping import Int
 
+from impactjax._abstract_code import AbstractCode
 from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, namespace
 
 if TYPE_CHECKING:
     from impactjax._fit.estimate import Estimate, P
 
-_WORDS = (
-    "it was not fitted",
-    "both ends of its interval were found",
-    "its interval is open above",
-    "its interval is open below",
-    "its interval is open on both sides",
-    "the record does not depend on it",
-    "the search did not converge",
-    "the model misses the record",
-    "the residuals are autocorrelated over longer times than the noise model covers",
-    "the search for an end of its interval failed",
-)
 
-
-class Reason(enum.IntEnum):
+class Reason(AbstractCode):
     """Reason of the verdict on a parameter."""
 
-    FIXED = 0
-    BOUNDED = 1
-    OPEN_ABOVE = 2
-    OPEN_BELOW = 3
-    OPEN = 4
-    NO_TRACE = 5
-    NOT_CONVERGED = 6
-    MISSES_RECORD = 7
-    LASTING_CORRELATION = 8
-    PROFILE_STOPPED = 9
-
-    def __str__(self) -> str:
-        return _WORDS[self.value]
+    FIXED = 0, "it was not fitted"
+    BOUNDED = 1, "both ends of its interval were found"
+    OPEN_ABOVE = 2, "its interval is open above"
+    OPEN_BELOW = 3, "its interval is open below"
+    OPEN = 4, "its interval is open on both sides"
+    NO_TRACE = 5, "the record does not depend on it"
+    NOT_CONVERGED = 6, "the search did not converge"
+    MISSES_RECORD = 7, "the model misses the record"
+    LASTING_CORRELATION = (
+        8,
+        "the residuals are autocorrelated over longer times than the noise model covers",
+    )
+    PROFILE_STOPPED = 9, "the search for an end of its interval failed"
 
 
 def reasons(estimate: "Estimate[P]") -> Int[AnyArray, "... parameters"]:

@@ -33,7 +33,7 @@ def independence(estimate: Estimate[Problem], found: ResidualDiagnostics) -> str
         *([] if bool(found.as_many_runs) else [_runs(found)]),
     ]
     return (
-        f"The residuals are autocorrelated: {' and '.join(against)}. The noise is filtered or the "
+        f"The residuals are not independent: {' and '.join(against)}. The noise is filtered or the "
         f"law is wrong; {_allowance(estimate)}."
     )
 
