@@ -168,6 +168,15 @@ def test_one_sided_value_is_quoted_as_bound():
     assert swing().quoted("r") == "any value"
 
 
+def test_sentence_on_unknown_end_of_interval():
+    numbers = (jnp.array([jnp.nan, 0.68]), jnp.array([ij.Verdict.UNDECIDED, 1], jnp.int32))
+    stopped = eqx.tree_at(lambda e: (e.low, e.verdicts), line()[1], numbers)
+    expected = (
+        "The search for an end of the interval of x0 failed; only its standard error is known."
+    )
+    assert expected in sentences([ij.Fitted("free flight", stopped, 0.0)])
+
+
 def test_sentences_on_undetermined_parameters(bounces):
     said = sentences([ij.Fitted("restitution", swing(), 0.0)])
     assert any(re.search(r"zeta has an upper bound only: 0\.0\d+ ", each) for each in said)

@@ -183,8 +183,8 @@ def _open_sides(best: Fitted) -> list[str]:
             found.append(f"{name} is not determined by the record.")
         elif estimate.reason(name) is Reason.PROFILE_STOPPED:
             found.append(
-                f"The interval of {name} is not known: the search for one of its ends failed. Only "
-                "its standard error is."
+                f"The search for an end of the interval of {name} failed; only its standard error "
+                "is known."
             )
         elif verdict is Verdict.ONE_SIDED and high < allowed.high:
             found.append(f"{name} has an upper bound only: {high:.3g}{unit} (95 %).")
