@@ -26,7 +26,7 @@ def failing_beyond(distance, name="x_dot0", side=1):
             found = Search().minima(problem, optimiser, searches)
             held = ~searches.active[:, at]
             far = held & (side * (searches.starts[:, at] - centre) > distance * error)
-            return dataclasses.replace(found, cost=np.where(far, np.inf, found.cost))
+            return found._replace(cost=np.where(far, np.inf, found.cost))
 
     return profiled_by(Failing(), found), at
 

@@ -12,7 +12,7 @@ import numpy as np
 from impactjax._compare.asked_for import asked_for, freed, friction, rubbed, values_before, words
 from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.holdout import check_holdout, fitted_part, prediction
-from impactjax._compare.nested import in_stages, special_case, starts_beside
+from impactjax._compare.nested import in_stages, special_case
 from impactjax._compare.prepare import Prepared
 from impactjax._compare.ranking import best_first
 from impactjax._fit.estimate import Estimate
@@ -83,7 +83,7 @@ def compare_by(
     given = experiments.experiments if isinstance(experiments, Prepared) else experiments
     _check(given)
     may_rub = experiments.may_rub if isinstance(experiments, Prepared) else frozenset[str]()
-    own = {name: _without_end(each, holdout) for name, each in given.items()}
+    own = {name: _without_end(experiment, holdout) for name, experiment in given.items()}
     settings = _Settings(starts, optimiser, search, progress, each)
     fits, said = _fits(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
@@ -92,6 +92,7 @@ def compare_by(
             break
         own, fits, sentence = change
         said.append(sentence)
+    fits = dict(zip(fits, each(settings.with_intervals, fits.values()), strict=True))
     if holdout > 0:
         fits = {x: _scored(fits[x], given[x], settings) for x in fits}
     ranked = Comparison("recording", tuple(_ranked(fits)), notes=tuple(said), seed=starts.seed)
@@ -109,6 +110,13 @@ class _Settings(NamedTuple):
     search: Search
     progress: Progress
     each: Each
+
+    def with_intervals(self, fitted: Fitted) -> Fitted:
+        """The fit with intervals from the profile likelihood."""
+        begin = time.perf_counter()
+        estimate = profiled_by(self.search, fitted.estimate, self.optimiser)
+        seconds = fitted.seconds + time.perf_counter() - begin
+        return fitted._replace(estimate=estimate, seconds=seconds)
 
 
 def _without_end(experiment: Experiment, share: float) -> Experiment:
@@ -257,7 +265,6 @@ def _estimated(
 ) -> Estimate[Problem]:
     """The best of searches from scattered starts and from special cases."""
     starts, optimiser, search = settings.starts, settings.optimiser, settings.search
-    lanes = starts.lanes(problem)
-    beside = starts_beside(problem, cases, lanes) if cases else None
-    estimate = scattered(best_from(problem, lanes, optimiser, search, beside), optimiser, search)
-    return profiled_by(search, estimate, optimiser)
+    beside = problem.coordinates(np.stack(cases)) if cases else None
+    found = best_from(problem, starts.lanes(problem), optimiser, search, beside)
+    return scattered(found, optimiser, search)

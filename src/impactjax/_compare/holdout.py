@@ -58,7 +58,7 @@ def prediction(
     problem = eqx.tree_at(lambda each: each.recording, estimate.problem, recording).padded()
     if estimate.scatter is not None:
         problem = problem.scattered(jnp.exp(jnp.asarray(estimate.scatter.logarithms)))
-    u, parts = problem.unbounded(np.asarray(estimate.values)), problem.parts(optimiser.horizons)
+    u, parts = problem.coordinates(np.asarray(estimate.values)), problem.parts(optimiser.horizons)
     found = search.evaluate(problem, jnp.asarray(u), jnp.asarray(parts), jnp.zeros((), bool))
     left = np.asarray(found.answer.residuals)[: len(unseen)][unseen]
     rms = float(np.sqrt(np.mean(left**2))) if np.isfinite(left).all() else np.inf

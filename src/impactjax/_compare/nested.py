@@ -1,14 +1,13 @@
 """Nested models: special cases of a model, and searches that start from their results."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from jaxtyping import Float
 
 from impactjax._compare.oscillators import DRY_FRICTION, is_dry
 from impactjax._fit.estimate import Estimate
-from impactjax._known import AnyArray
 from impactjax._model.hertz import Hertz
 from impactjax._model.hertz_dashpot import HertzDashpot
 from impactjax._model.hunt_crossley import HuntCrossley
@@ -27,7 +26,6 @@ from impactjax._model.walton import Walton
 from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
 
-_SHARES = (0.0, 0.01, 0.1, 1.0)  # shares of the way from the special case to the first start
 _SAME = 1e-9  # relative difference of fixed values that count as equal
 
 Values = Mapping[str, float]
@@ -144,16 +142,3 @@ def special_case(
     if not all(math.isclose(wanted[name], own[name], rel_tol=_SAME) for name in fixed):
         return None
     return np.array([wanted[name] for name in problem.names])
-
-
-def starts_beside(
-    problem: Problem, cases: Sequence[np.ndarray], lanes: Float[AnyArray, "lanes parameters"]
-) -> Float[AnyArray, "lanes parameters"]:
-    """Starts from special cases, as many as in `lanes`: the special cases themselves, and points
-    between them and the first start. The latter are needed because derivatives vanish at the end of
-    a range, where special cases usually are.
-    """
-    first = problem.values(np.asarray(lanes[0]))
-    rows = [case + share * (first - case) for share in _SHARES for case in cases]
-    rows = (rows * math.ceil(len(lanes) / len(rows)))[: len(lanes)]
-    return problem.unbounded(np.stack(rows))

@@ -4,6 +4,8 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from impactjax._compare.adjust import WHERE, adjusted
 from impactjax._compare.named import check_law
 from impactjax._compare.oscillators import (
@@ -73,7 +75,8 @@ def survey(
         told = _told(record, setup)
     else:
         check_kind("record", record, AbstractRecording, "Recording(ts, values, Angle())")
-        recording, notes, name, chosen, told = record, [], "recording", False, set()
+        recording, notes = _without_outliers(record)
+        name, chosen, told = "recording", False, set()
         setup = Setup(oscillator or OSCILLATORS[record.usual_oscillator](), Sensor(), laws=laws)
     setup = _with_arguments(setup, sensor, fixed, start, free)
     arguments = {*fixed, *start, *free}
@@ -84,6 +87,16 @@ def survey(
     check_requests(setup, file, arguments)
     recording, look, setup = adjusted(recording, setup, told, chosen, notes)
     return Survey(name, file, recording, look, setup, tuple(notes))
+
+
+def _without_outliers(recording: AbstractRecording) -> tuple[AbstractRecording, list[str]]:
+    """The recording without outliers, and the sentence on them; a file's are already left out."""
+    clean, number = recording.without_outliers()
+    if number == 0:
+        return recording, []
+    all_ = np.count_nonzero(np.asarray(recording.valid))
+    verb = "is" if number == 1 else "are"
+    return clean, [f"{number} of {all_} samples {verb} far from those beside, and left out."]
 
 
 def _told(file: RecordingFile, setup: Setup) -> set[str]:

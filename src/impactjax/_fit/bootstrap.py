@@ -90,14 +90,14 @@ def _refits(
     estimate: Estimate[Problem], optimiser: LevenbergMarquardt, keys: Key[Array, " replicates"]
 ) -> tuple[Float[Array, "replicates parameters"], Bool[Array, " replicates"]]:
     problem = estimate.problem
-    start = problem.unbounded(estimate.values)
+    start = problem.coordinates(estimate.values)
     parts = jnp.asarray(problem.parts(optimiser.horizons))
 
     def refit(key: Key[Array, ""]) -> tuple[Vector, Bool[Array, ""]]:
         simulated = _simulated(problem, estimate.residuals, key)
         active = jnp.ones((1, start.shape[0]), bool)
         minimum = Search().minima(simulated, optimiser, Searches(start[None], active, parts))
-        return problem.values(minimum.u[0]), minimum.converged[0]
+        return problem.at(minimum.u[0]), minimum.converged[0]
 
     return jax.vmap(refit)(keys)
 

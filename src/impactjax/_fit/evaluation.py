@@ -32,9 +32,9 @@ Evaluate: TypeAlias = Callable[[AbstractProblem, Vector, Parts, Flag], Evaluated
 
 @eqx.filter_jit
 def evaluate(problem: AbstractProblem, u: Vector, parts: Parts, logged: Flag) -> Evaluated:
-    """Evaluates a point in the optimiser's coordinates, with the impact log if `logged`.
+    """Evaluates a point in the coordinates of a search, with the impact log if `logged`.
 
     It evaluates one lane: a batch would take twice as long to compile, and run no faster.
     """
-    answer = problem.answer(problem.values(u), logged)
+    answer = problem.answer(problem.at(u), logged)
     return Evaluated(answer, jax.vmap(lambda part: problem.around(u, answer, part))(parts))

@@ -1,7 +1,10 @@
 """The verb `fit`: experiment → estimate."""
 
+import dataclasses
+
 import jax
 import numpy as np
+from jaxtyping import Float
 
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.evaluation import Lanes
@@ -17,7 +20,9 @@ from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 
-_LATE = ("drift",)  # parameters that could make up for a wrong motion
+_LATE = ("drift", "gain")  # parameters that could make up for a wrong motion
+_CLOSE = 1e-3  # damping near a minimum, relative to the usual one
+_ROUGH = 1e-5  # relative decrease at which a search stops that may not be the best
 
 
 def fit(
@@ -65,16 +70,16 @@ def best_from(
     lanes: Lanes,
     optimiser: LevenbergMarquardt,
     search: Search = Search(),
-    beside: Lanes | None = None,
+    beside: Float[AnyArray, "others parameters"] | None = None,
 ) -> Estimate[P]:
-    """The estimate of the best of several searches. Parameters that could make up for a wrong
-    motion move only from the best minimum of the others.
+    """The estimate of the best of several searches. These stop early, and the best is continued.
+    Parameters that could make up for a wrong motion move only from the best minimum of the others.
 
     **Arguments:**
 
-    - `lanes`: starts in the optimiser's coordinates.
-    - `beside`: as many further starts, close to a minimum. Their searches fit the whole record from
-      the beginning, so that no cost ends above that of its start.
+    - `lanes`: starts in the coordinates of a search.
+    - `beside`: further starts, close to a minimum. Their searches fit the whole record from the
+      beginning, so that no cost ends above that of its start.
     """
     own, problem = problem, problem.padded() if is_known(problem) else problem
     everything = np.ones(lanes.shape, bool)
@@ -82,16 +87,26 @@ def best_from(
     lanes = namespace(lanes).where(moving, lanes, lanes[:1])
     parts = problem.parts(optimiser.horizons)
     whole = namespace(parts).broadcast_to(parts[-1], parts.shape)
-    minima = search.minima(problem, optimiser, Searches(lanes, moving, parts))
+    several = is_known((problem, lanes)) and len(lanes) > 1
+    first = _roughly(optimiser) if several else optimiser
+    minima = search.minima(problem, first, Searches(lanes, moving, parts))
     if beside is not None:
-        more = lowest(search.minima(problem, optimiser, Searches(beside, everything, whole)))
+        moves = np.ones(beside.shape, bool)
+        more = lowest(search.minima(problem, first, Searches(beside, moves, whole)))
         minima = jax.tree.map(_with_last, minima, more)
-    costs = minima.cost
-    if not moving.all():
-        start = lowest(minima).u[None]
-        minima = search.minima(problem, optimiser, Searches(start, everything[:1], whole))
-    best = search.best_of(problem, minima, parts)
-    return summarise(problem, best, costs).of(own)
+    best, costs = lowest(minima), minima.cost
+    if several or not moving.all():
+        close = dataclasses.replace(optimiser, damping=_CLOSE * optimiser.damping)
+        last = search.minima(problem, close, Searches(best.u[None], everything[:1], whole))
+        last = last._replace(iterations=last.iterations + best.iterations)
+        costs = namespace(costs).where(costs == best.cost, last.cost, costs)
+        minima = last
+    return summarise(problem, search.best_of(problem, minima, parts), costs).of(own)
+
+
+def _roughly(optimiser: LevenbergMarquardt) -> LevenbergMarquardt:
+    """Settings of searches from scattered starts, the best of which is continued."""
+    return dataclasses.replace(optimiser, reduction=max(optimiser.reduction, _ROUGH))
 
 
 def scattered(

@@ -78,7 +78,7 @@ def fit_together(
     estimate = best_from(joint, lanes, optimiser)
     for _ in range(_ROUNDS - 1 if joint.sizes_found else 0):
         joint = eqx.tree_at(lambda each: each.sizes, joint, _sizes(estimate))
-        lanes = jnp.broadcast_to(joint.unbounded(estimate.values), lanes.shape)
+        lanes = jnp.broadcast_to(joint.coordinates(estimate.values), lanes.shape)
         estimate = best_from(joint, lanes, optimiser)
     return estimate
 
@@ -219,5 +219,5 @@ def _lanes(joint: JointProblem, alone: Sequence[Estimate[Problem]]) -> Lanes:
         values = jnp.zeros(len(joint.names), alone[0].values.dtype)
         for i in (*(i for i in order if i != chief), chief):
             values = values.at[jnp.array(joint.places[i])].set(alone[i].values)
-        rows.append(joint.unbounded(values))
+        rows.append(joint.coordinates(values))
     return jnp.stack(rows)

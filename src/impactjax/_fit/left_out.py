@@ -181,7 +181,7 @@ def _column(estimate: Estimate[Problem], handle: Handle, evaluated: Evaluate) ->
     """Derivative of the residuals by a held parameter; `None` if the record does not show it."""
     problem, allowed = estimate.problem, handle.allowed
     padded, held = problem.padded(), handle.get(problem.system)
-    u = jnp.asarray(problem.unbounded(known(estimate.values)))
+    u = jnp.asarray(problem.coordinates(known(estimate.values)))
     parts, no = jnp.asarray(padded.parts(LevenbergMarquardt().horizons)), jnp.zeros((), bool)
     count = problem.valid.shape[-1]
 

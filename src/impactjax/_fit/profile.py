@@ -219,7 +219,7 @@ def _rises(
     # to reuse the compiled program.
     problem = estimate.problem.padded()
     whole = np.tile(np.asarray(problem.valid), (len(optimiser.horizons), 1))
-    minima = search.minima(problem, optimiser, Searches(problem.unbounded(starts), active, whole))
+    minima = search.minima(problem, optimiser, Searches(problem.coordinates(starts), active, whole))
     squares = 2 * minima.cost
     n = int(estimate.problem.observations)
     best = 2 * float(np.nanmin(estimate.start_costs))

@@ -73,7 +73,7 @@ def with_scatter(
 
     def around(values: Vector, logs: Effects) -> _Around:
         scattered = problem.scattered(jnp.exp(jnp.asarray(logs)))
-        u = jnp.asarray(problem.unbounded(values))
+        u = jnp.asarray(problem.coordinates(values))
         answer = search.evaluate(scattered, u, parts, yes).answer
         assert answer.jacobian is not None
         assert answer.effects is not None

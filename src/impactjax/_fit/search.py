@@ -11,7 +11,6 @@ from jaxtyping import Bool, Float, PyTree
 
 from impactjax._fit.evaluation import Evaluate, Evaluated, Lanes, Parts, evaluate
 from impactjax._known import AnyArray, is_known, known, namespace
-from impactjax._optimise.bounds import farthest_move
 from impactjax._optimise.lane_queue import Iteration, in_turn
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.linearisation import Linearisation, Vector
@@ -29,13 +28,12 @@ from impactjax._problem.abstract_problem import AbstractProblem, Answer
 
 _EARLY = 1e-3  # relative decrease that counts as convergence on a part before the last
 _LEAST = 0.1  # least usual step, relative to the longest
-_FLAT = 0.1  # slope of a bound, relative to that at the start, below which a parameter is reset
 
 
 class Searches(NamedTuple):
     """Searches of one problem.
 
-    - `starts`: starting points in the optimiser's coordinates.
+    - `starts`: starting points in the coordinates of a search.
     - `active`: masks of the parameters that may move in each search.
     - `parts`: masks of the observations to fit one after the other; the last has all.
     """
@@ -56,7 +54,7 @@ class Search:
 
     def minima(
         self, problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: Searches
-    ) -> Minimum[Answer]:
+    ) -> Minimum:
         """The minimum from each start. On earlier parts, parameters that the data do not determine
         stay near their start.
         """
@@ -66,9 +64,7 @@ class Search:
                 return found
         return _traced(problem, optimiser, searches)
 
-    def best_of(
-        self, problem: AbstractProblem, minima: Minimum[Answer], parts: Parts
-    ) -> Minimum[Answer]:
+    def best_of(self, problem: AbstractProblem, minima: Minimum, parts: Parts) -> Minimum:
         """The lowest of several minima, with its impact log."""
         best = lowest(minima)
         if not is_known((problem, best)):
@@ -76,7 +72,7 @@ class Search:
         yes = jnp.ones((), bool)
         again = self.evaluate(problem, jnp.asarray(best.u), jnp.asarray(parts), yes)
         answer = best.answer._replace(impacts=again.answer.impacts)
-        return dataclasses.replace(best, answer=answer)
+        return best._replace(answer=answer)
 
 
 def _known(
@@ -84,7 +80,7 @@ def _known(
     problem: AbstractProblem,
     optimiser: LevenbergMarquardt,
     searches: Searches,
-) -> Minimum[Answer] | None:
+) -> Minimum | None:
     """Searches carried out in NumPy, around compiled evaluations.
 
     `None` if the evaluations turn out to be traced, because a tie closes over a traced value.
@@ -98,10 +94,8 @@ def _known(
         return infinite if answer is None else jax.tree.map(lambda x: x[part], answer.models)
 
     def minimiser(start: Vector, active: Mask) -> Minimiser[Evaluated | None]:
-        objective = Objective(
-            around, lambda u: _unstuck(problem, u, start), _reductions(optimiser, parts, start)
-        )
-        nothing: Point[Evaluated | None] = Point(start, None, infinite)
+        objective = Objective(around, _reductions(optimiser, parts, start))
+        nothing: Point = Point(start, None, infinite)
         return Minimiser(optimiser, objective, _bounds(problem, start, active), nothing)
 
     no, answers = jnp.zeros((), bool), []
@@ -119,18 +113,16 @@ def _known(
     return _stacked([state.minimum for state in states], answers[0])
 
 
-def _stacked(minima: list[Minimum[Evaluated | None]], like: Evaluated) -> Minimum[Answer]:
+def _stacked(minima: list[Minimum], like: Evaluated) -> Minimum:
     """Minima stacked to one; answers of searches without a finite evaluation are zeros."""
     zeros = jax.tree.map(np.zeros_like, like.answer)
     answers = [zeros if each.answer is None else each.answer.answer for each in minima]
-    rows = [dataclasses.replace(x, answer=own) for x, own in zip(minima, answers, strict=True)]
+    rows = [x._replace(answer=own) for x, own in zip(minima, answers, strict=True)]
     return jax.tree.map(lambda *each: np.stack(each), *rows)
 
 
 @eqx.filter_jit
-def _traced(
-    problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: Searches
-) -> Minimum[Answer]:
+def _traced(problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: Searches) -> Minimum:
     """Searches inside one program, as a queue of lanes."""
     starts, active, parts = searches
     # Trace the evaluation once, with the values its ties close over as arguments.
@@ -141,18 +133,17 @@ def _traced(
         (problem, parts, answering), (start, on) = eqx.combine(arrays, other), lane
         objective = Objective(
             around=lambda u, answer, part: problem.around(u, answer, parts[part]),
-            onwards=lambda u: _unstuck(problem, u, start),
             reductions=_reductions(optimiser, parts, start),
         )
         shapes = jax.eval_shape(lambda u: answering(problem, u), start)
         answer = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
         model = problem.around(start, answer, parts[0])
         infinite = jax.tree.map(jnp.zeros_like, model)
-        infinite = eqx.tree_at(lambda x: x.cost, infinite, jnp.full_like(model.cost, jnp.inf))
+        infinite = infinite._replace(cost=jnp.full_like(model.cost, jnp.inf))
         nothing = Point(start, answer, infinite)
         return Minimiser(optimiser, objective, _bounds(problem, start, on), nothing)
 
-    def step(arrays: PyTree, lane: tuple[Vector, Mask], state: State[Answer]) -> State[Answer]:
+    def step(arrays: PyTree, lane: tuple[Vector, Mask], state: State) -> State:
         (problem, _, answering) = eqx.combine(arrays, other)
         return minimiser(arrays, lane).step(state, answering(problem, state.trial))
 
@@ -166,7 +157,7 @@ def _traced(
 
 
 def _answered(problem: AbstractProblem, u: Vector) -> Answer:
-    return problem.answer(problem.values(u))
+    return problem.answer(problem.at(u))
 
 
 def _reductions(
@@ -176,29 +167,23 @@ def _reductions(
     return namespace(start).asarray(each, start.dtype)
 
 
-def _unstuck(problem: AbstractProblem, u: Vector, start: Vector) -> Vector:
-    """A point with parameters at the flat end of their range reset to the start."""
-    here, there = (namespace(u).abs(problem.slopes(x)) for x in (u, start))
-    return namespace(u).where(here < _FLAT * there, start, u)
-
-
 def _bounds(problem: AbstractProblem, start: Vector, active: Mask) -> Bounds:
-    moves = [farthest_move(handle.allowed) for handle in problem.handles().values()]
-    reach = namespace(start).asarray(moves, start.dtype)
-    return Bounds(active, reach, _usual_moves(problem, start, reach))
+    rows = zip(*problem.limits(), strict=True)
+    low, high, reach = (namespace(start).asarray(row, start.dtype) for row in rows)
+    return Bounds(active, low, high, reach, _usual_moves(problem, start, reach))
 
 
 def _usual_moves(problem: AbstractProblem, start: Vector, reach: Vector) -> Vector:
-    """Step in unbounded coordinates that changes a value by about 100 %; `inf` for an unbounded
-    parameter that starts at 0.
+    """Step that changes a value by about 100 %; `inf` for a parameter without limits that starts
+    at 0.
     """
-    xp, slopes = namespace(start), problem.slopes(start)
-    moves = xp.abs(problem.values(start) / xp.where(slopes == 0, 1.0, slopes))
+    xp = namespace(start)
+    moves = xp.abs(problem.at(start) / problem.slopes(start))
     anything = xp.where(moves > 0, moves, xp.inf)
     return xp.where(xp.isfinite(reach), xp.clip(moves, _LEAST * reach, reach), anything)
 
 
-def lowest(minima: Minimum[Answer]) -> Minimum[Answer]:
+def lowest(minima: Minimum) -> Minimum:
     """The lowest of several minima."""
     xp = namespace(minima.cost)
     best = xp.argmin(xp.where(xp.isfinite(minima.cost), minima.cost, xp.inf))

@@ -35,7 +35,7 @@ class Starts(eqx.Module):
             raise ValueError(f"Argument `count` must be at least 1, but it is {self.count}.")
 
     def lanes(self, problem: Problem) -> Float[AnyArray, "lanes parameters"]:
-        """The starts in the optimiser's coordinates."""
+        """The starts in the coordinates of a search."""
         known, random = problem.handles(), np.random.default_rng(self.seed)
         columns = []
         for name in problem.names:
@@ -43,7 +43,7 @@ class Starts(eqx.Module):
             spread = _CONTACT_SPREAD if "law" in known[name].path else _OTHER_SPREAD
             scatter = random.uniform(-spread, spread, self.count - 1).astype(value.dtype)
             columns.append(_within(known[name].allowed, value, np.exp(scatter)))
-        return problem.unbounded(namespace(*columns).stack(columns, axis=1))
+        return problem.coordinates(namespace(*columns).stack(columns, axis=1))
 
     __repr__ = with_numbers
 

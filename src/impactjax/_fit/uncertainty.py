@@ -19,7 +19,7 @@ from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.minimiser import Minimum
 from impactjax._outcome import Outcome
-from impactjax._problem.abstract_problem import AbstractProblem, Answer
+from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._types import Scalar
 
 _LOST = 1e-6  # squared length of a direction that counts as lost to rounding
@@ -27,7 +27,7 @@ _NORMAL = float(special.ndtri(0.975))
 
 
 @eqx.filter_jit
-def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estimate[P]:
+def summarise(problem: P, minimum: Minimum, start_costs: Array) -> Estimate[P]:
     """The estimate at a minimum, with errors in linear approximation.
 
     - covariance: B cov(Bᵀ Jᵀ e) Bᵀ with H⁻¹ = B Bᵀ; infinite for a parameter that may change, with
@@ -43,7 +43,7 @@ def summarise(problem: P, minimum: Minimum[Answer], start_costs: Array) -> Estim
     count, p = problem.observations, len(problem.names)
     n = count.astype(residuals.dtype)
     squares = 2 * minimum.cost
-    values = problem.values(minimum.u)
+    values = problem.at(minimum.u)
     known = problem.variance()
     variance = squares / (n - p) if known is None else known
     stiffness = loss.stiffness(residuals)[:, None]

@@ -1,6 +1,6 @@
 """Transformations between a parameter in its range and an unbounded coordinate.
 
-The optimiser works in the unbounded coordinate u; no step of it can leave the range:
+For optimisers and samplers that know no limits. No step of u can leave the range:
 
 - no limit: value = u
 - above `low`: value = low + exp(u)
@@ -42,22 +42,3 @@ def to_range(allowed: Range, u: Values) -> Values:
         beyond = 2 * xp.sinh(u / 2) ** 2
         return low + beyond if high == math.inf else high - beyond
     return low + (high - low) / 2 * (xp.sin(u) + 1)
-
-
-def slope(allowed: Range, u: Values) -> Values:
-    """The derivative of the value by its unbounded coordinate."""
-    xp, low, high = namespace(u), allowed.low, allowed.high
-    if low == -math.inf and high == math.inf:
-        return xp.ones_like(u)
-    if high == math.inf and allowed.excludes_low:
-        return xp.exp(u)
-    if high == math.inf or low == -math.inf:
-        return xp.sinh(u) if high == math.inf else -xp.sinh(u)
-    return (high - low) / 2 * xp.cos(u)
-
-
-def farthest_move(allowed: Range) -> float:
-    """The longest step of the unbounded coordinate: 1 where the range has an end, since the value
-    may grow exponentially with the coordinate; infinite where it has none.
-    """
-    return math.inf if allowed.low == -math.inf and allowed.high == math.inf else 1.0

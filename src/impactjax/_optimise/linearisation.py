@@ -8,7 +8,8 @@ Source: Å. Björck (1996), "Numerical methods for least squares problems", SIAM
 2.7.
 """
 
-import equinox as eqx
+from typing import NamedTuple
+
 import numpy as np
 from jaxtyping import Float
 
@@ -20,7 +21,7 @@ Vector = Float[AnyArray, " parameters"]
 Matrix = Float[AnyArray, "parameters parameters"]
 
 
-class Linearisation(eqx.Module):
+class Linearisation(NamedTuple):
     """Linear model of residuals around a point u, with an upper triangular R:
 
     F(u + p) ≈ ‖r + J p‖²/2 + ε² ‖D p‖²/2 = F(u) + zᵀ R p + ‖R p‖²/2
@@ -37,6 +38,15 @@ class Linearisation(eqx.Module):
     def curvature(self) -> Vector:
         """Second derivative of the cost along each parameter: the diagonal of Rᵀ R."""
         return (self.factor**2).sum(axis=-2)
+
+    @property
+    def gradient(self) -> Vector:
+        """First derivative of the cost along each parameter: Rᵀ z."""
+        return self.factor.T @ self.rest
+
+    def moved(self, move: Vector) -> "Linearisation":
+        """The same linear model around u + p: only z changes, to z + R p."""
+        return self._replace(rest=self.rest + self.factor @ move)
 
     def decrease(self, move: Vector) -> Float[AnyArray, ""]:
         """Decrease of the cost by a step: −(zᵀ R p + ‖R p‖²/2)."""

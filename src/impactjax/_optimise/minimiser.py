@@ -14,9 +14,8 @@ import dataclasses
 from collections.abc import Callable
 from typing import Generic, NamedTuple, TypeVar
 
-import equinox as eqx
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, PyTree
 
 from impactjax._known import AnyArray, either, is_known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
@@ -25,7 +24,7 @@ from impactjax._outcome import Outcome
 
 _TIE = 0.001  # share of the strongest curvature in the damping of each parameter
 _GROWTH = 2.0  # Nielsen's ν: factor of the damping when a step is rejected for the first time
-_OPEN = 1e-3  # share of the cost that a search does not leave to be gained
+_PASSES = 2  # solutions of a step after which parameters that it takes out of range are held
 _TOO_MUCH = 1e12  # damping at which a search gives up
 
 T = TypeVar("T")
@@ -33,6 +32,12 @@ Mask = Bool[AnyArray, " parameters"]
 Number = Float[AnyArray, ""]
 Flag = Bool[AnyArray, ""]
 Count = Int[AnyArray, ""]
+
+# In states, which may be batches of many searches.
+Each = Float[AnyArray, "... parameters"]
+PerSearch = Float[AnyArray, "..."]
+Flags = Bool[AnyArray, "..."]
+Counts = Int[AnyArray, "..."]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -42,12 +47,10 @@ class Objective(Generic[T]):
 
     - `around`: the linear model of the residuals of a part around a point, from the evaluation of
       that point.
-    - `onwards`: the start of the search in the next part, from the minimum of the previous one.
     - `reductions`: for each part, the relative decrease of the cost that counts as convergence.
     """
 
     around: Callable[[Vector, T, Count], Linearisation]
-    onwards: Callable[[Vector], Vector]
     reductions: Float[AnyArray, " parts"]
 
 
@@ -55,36 +58,39 @@ class Bounds(NamedTuple):
     """Limits of a search.
 
     - `active`: mask of the parameters that may move.
+    - `low`, `high`: ends of the range of each parameter; may be infinite.
     - `reach`: limit of a step, for each parameter.
     - `usual`: limit of a step along directions that the data hardly determine, such as that along
       which only the sum of two parameters matters; `inf` for no such limit.
     """
 
     active: Mask
+    low: Vector
+    high: Vector
     reach: Vector
     usual: Vector
 
 
-class Minimum(eqx.Module, Generic[T]):
+class Minimum(NamedTuple):
     """Result of a search."""
 
-    u: Float[AnyArray, "... parameters"]
-    answer: T
-    cost: Float[AnyArray, "..."]
-    outcome: Int[AnyArray, "..."]  # an `Outcome` number
-    iterations: Int[AnyArray, "..."]
+    u: Each
+    answer: PyTree
+    cost: PerSearch
+    outcome: Counts  # an `Outcome` number
+    iterations: Counts
 
     @property
-    def converged(self) -> Bool[AnyArray, "..."]:
+    def converged(self) -> Flags:
         """True if the search converged."""
         return self.outcome == Outcome.CONVERGED
 
 
-class Point(eqx.Module, Generic[T]):
+class Point(NamedTuple):
     """A point with its evaluation; the cost is infinite before that, or if it is not finite."""
 
-    u: Vector
-    answer: T
+    u: Each
+    answer: PyTree
     model: Linearisation
 
     @property
@@ -93,7 +99,7 @@ class Point(eqx.Module, Generic[T]):
         return namespace(self.u).isfinite(self.model.cost)
 
 
-class State(eqx.Module, Generic[T]):
+class State(NamedTuple):
     """State of a search.
 
     - `best`: the lowest point so far; before the first evaluation, the start.
@@ -105,19 +111,19 @@ class State(eqx.Module, Generic[T]):
     - `converged`, `done`: for this part; a search that failed is done without convergence.
     """
 
-    best: Point[T]
-    trial: Vector
-    predicted: Number
-    damping: Number
-    growth: Number
-    part: Count
-    left: Count
-    converged: Flag
-    done: Flag
-    iterations: Count
+    best: Point
+    trial: Each
+    predicted: PerSearch
+    damping: PerSearch
+    growth: PerSearch
+    part: Counts
+    left: Counts
+    converged: Flags
+    done: Flags
+    iterations: Counts
 
     @property
-    def minimum(self) -> Minimum[T]:
+    def minimum(self) -> Minimum:
         """The result of a search that is done."""
         best = self.best
         return Minimum(best.u, best.answer, best.model.cost, self.outcome, self.iterations)
@@ -136,7 +142,9 @@ class Minimiser(Generic[T]):
     """Levenberg-Marquardt search, one evaluation at a time.
 
     Step: the p that minimises ‖r + J p‖² + λ pᵀ S p, with S the diagonal of Jᵀ J plus a small share
-    of its strongest entry; shortened as a whole where it exceeds `Bounds.reach`.
+    of its strongest entry; shortened as a whole where it exceeds `Bounds.reach`. A parameter at the
+    end of its range is held if the cost falls outwards. One that the step would take out of its
+    range goes to the end of it, and the step of the others is solved again.
 
     Damping: with the gain ratio ρ = actual decrease / predicted decrease, an accepted step gives
     λ ← λ max(1/3, 1 − (2ρ − 1)³); a rejected one gives λ ← ν λ and ν ← 2ν.
@@ -154,14 +162,14 @@ class Minimiser(Generic[T]):
     settings: LevenbergMarquardt
     objective: Objective[T]
     bounds: Bounds
-    nothing: Point[T]
+    nothing: Point
 
-    def init(self, start: Vector) -> State[T]:
+    def init(self, start: Vector) -> State:
         """State before the first evaluation."""
         zero = namespace(start).zeros((), np.int32)
-        return self._fresh(dataclasses.replace(self.nothing, u=start), zero, zero)
+        return self._fresh(self.nothing._replace(u=start), zero, zero)
 
-    def step(self, state: State[T], answer: T) -> State[T]:
+    def step(self, state: State, answer: T) -> State:
         """State after the evaluation of the trial point. A part of the observations that is done
         is followed by the next one.
         """
@@ -172,7 +180,7 @@ class Minimiser(Generic[T]):
             state = either(over, lambda state=state: self._next_part(state), state)
         return self._proposed(state)
 
-    def _fresh(self, best: Point[T], part: Count, iterations: Count) -> State[T]:
+    def _fresh(self, best: Point, part: Count, iterations: Count) -> State:
         xp = namespace(best.u)
         damping, growth = (
             xp.full_like(best.u[0], each) for each in (self.settings.damping, _GROWTH)
@@ -181,23 +189,23 @@ class Minimiser(Generic[T]):
         zero = xp.zeros_like(damping)
         return State(best, best.u, zero, damping, growth, part, left, found, found, iterations)
 
-    def _next_part(self, state: State[T]) -> State[T]:
-        best, part, u = state.best, state.part + 1, self.objective.onwards(state.best.u)
-        seen = Point(u, best.answer, self.objective.around(u, best.answer, part))
-        stays = namespace(u).all(u == best.u) & best.is_known & seen.is_known
-        start = either(stays, lambda: seen, dataclasses.replace(self.nothing, u=u))
+    def _next_part(self, state: State) -> State:
+        best, part = state.best, state.part + 1
+        seen = best._replace(model=self.objective.around(best.u, best.answer, part))
+        stays = best.is_known & seen.is_known
+        start = either(stays, lambda: seen, self.nothing._replace(u=best.u))
         return self._fresh(start, part, state.iterations)
 
-    def _proposed(self, state: State[T]) -> State[T]:
+    def _proposed(self, state: State) -> State:
         """State with its next trial point: the best point itself if it was not yet evaluated."""
         xp, best = namespace(state.trial), state.best
-        moving = _moving(best.model, self.bounds, self._small(best, state.part))
-        move = _move(best.model, state.damping, moving, self.bounds)
+        moving = _moving(best, self.bounds, self._small(best, state.part))
+        move = _move(best, state.damping, moving, self.bounds)
         move = xp.where(best.is_known, move, 0.0)
         predicted = best.model.decrease(move)
-        return dataclasses.replace(state, trial=best.u + move, predicted=predicted)
+        return state._replace(trial=best.u + move, predicted=predicted)
 
-    def _learned(self, state: State[T], trial: Point[T]) -> State[T]:
+    def _learned(self, state: State, trial: Point) -> State:
         xp, best, predicted = namespace(state.trial), state.best, state.predicted
         gained = best.model.cost - trial.model.cost
         accepted = trial.is_known & (gained > 0)
@@ -206,14 +214,11 @@ class Minimiser(Generic[T]):
         damping = state.damping * xp.where(accepted, easier, state.growth)
         damping = xp.where(best.is_known, damping, state.damping)
         small = self._small(best, state.part)
-        flat = (predicted <= small) & (xp.where(accepted, gained, 0.0) <= small)
+        flat = (xp.abs(predicted) <= small) & (xp.where(accepted, gained, 0.0) <= small)
         lowest = either(accepted, lambda: trial, best)
-        # With it in a traced search, XLA's multi-output fusion aborts (JAX 0.10).
-        settled = self._is_settled(lowest.model) if is_known(lowest.model) else True
-        found = (best.is_known & flat & settled) | self._is_enough(lowest, state.part)
+        found = (best.is_known & flat) | self._is_enough(lowest, state.part)
         hopeless = (~best.is_known & ~accepted) | (damping > _TOO_MUCH) | (state.left == 1)
-        return dataclasses.replace(
-            state,
+        return state._replace(
             best=lowest,
             damping=damping,
             growth=xp.where(accepted, _GROWTH, 2 * state.growth),
@@ -223,53 +228,44 @@ class Minimiser(Generic[T]):
             iterations=state.iterations + 1,
         )
 
-    def _is_settled(self, model: Linearisation) -> Flag:
-        """True unless damping alone makes a step small, beside a parameter at the end of its range.
-
-        Such a parameter has an undamped step beyond its reach. The search goes on if holding it
-        there leaves the others more than a share `_OPEN` of the cost to gain.
-        """
-        xp, moving = namespace(model.cost), self.bounds.active & (model.curvature > 0)
-        far = xp.abs(_undamped(model, moving)) > self.bounds.reach
-        gain = _expected_gain(model, moving & ~far)
-        return ~(xp.any(far) & (gain > _OPEN * model.cost))
-
-    def _is_enough(self, best: Point[T], part: Count) -> Flag:
+    def _is_enough(self, best: Point, part: Count) -> Flag:
         """True if this part is not the last and is fitted well enough."""
         small = self._small(best, part)
-        gain = _expected_gain(best.model, _moving(best.model, self.bounds, small))
-        return self._is_early(part) & best.is_known & (gain <= small)
+        moving = _moving(best, self.bounds, small)
+        step = best.model.step(_weights(best.model.curvature, moving), 0.0)
+        return self._is_early(part) & best.is_known & (best.model.decrease(step) <= small)
 
     def _is_early(self, part: Count) -> Flag:
         return part < self.objective.reductions.shape[0] - 1
 
-    def _small(self, best: Point[T], part: Count) -> Number:
+    def _small(self, best: Point, part: Count) -> Number:
         return self.objective.reductions[part] * best.model.cost
 
 
-def _moving(model: Linearisation, bounds: Bounds, small: Number) -> Mask:
-    """Mask of the active parameters whose longest step would change the cost noticeably:
-    (Jᵀ J)ᵢᵢ reachᵢ² > small.
+def _moving(best: Point, bounds: Bounds, small: Number) -> Mask:
+    """Mask of the active parameters whose longest step would change the cost noticeably,
+    (Jᵀ J)ᵢᵢ reachᵢ² > small, except those at the end of their range towards which the cost falls.
     """
-    return bounds.active & (model.curvature * bounds.reach**2 > small)
+    model, slope = best.model, best.model.gradient
+    held = ((best.u <= bounds.low) & (slope > 0)) | ((best.u >= bounds.high) & (slope < 0))
+    return bounds.active & (model.curvature * bounds.reach**2 > small) & ~held
 
 
-def _move(model: Linearisation, damping: Number, moving: Mask, bounds: Bounds) -> Vector:
-    xp, usual = namespace(model.rest), bounds.usual
+def _move(best: Point, damping: Number, moving: Mask, bounds: Bounds) -> Vector:
+    xp, usual, model = namespace(best.u), bounds.usual, best.model
     tied = moving & xp.isfinite(usual)
     strongest = xp.max(xp.where(tied, model.curvature * usual**2, 0.0))
-    move = model.step(_weights(model.curvature + _TIE * strongest / usual**2, moving), damping)
-    return move / xp.maximum(xp.max(xp.abs(move) / bounds.reach), 1.0)
-
-
-def _undamped(model: Linearisation, moving: Mask) -> Vector:
-    """The Gauss-Newton step of the parameters that move."""
-    return model.step(_weights(model.curvature, moving), 0.0)
-
-
-def _expected_gain(model: Linearisation, moving: Mask) -> Number:
-    """Decrease of the cost by a Gauss-Newton step."""
-    return model.decrease(_undamped(model, moving))
+    squares = model.curvature + _TIE * strongest / usual**2
+    low, high = bounds.low - best.u, bounds.high - best.u
+    move = model.step(_weights(squares, moving), damping)
+    for _ in range(_PASSES):
+        inside = (low <= move) & (move <= high)
+        if is_known(inside) and inside.all():
+            break
+        moving = moving & inside
+        held = xp.where(moving, 0.0, xp.clip(move, low, high))
+        move = held + model.moved(held).step(_weights(squares, moving), damping)
+    return xp.clip(move / xp.maximum(xp.max(xp.abs(move) / bounds.reach), 1.0), low, high)
 
 
 def _weights(squares: Vector, moving: Mask) -> Vector:

@@ -12,7 +12,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._known import AnyArray, namespace
-from impactjax._optimise.bounds import slope, to_range, to_unbounded
+from impactjax._optimise.bounds import to_range, to_unbounded
+from impactjax._optimise.coordinates import Limits, limits, slope, to_coordinate, to_value
 from impactjax._optimise.linearisation import Linearisation, Vector, linearise
 from impactjax._parameter import Range
 from impactjax._problem.loss import AbstractLoss
@@ -165,11 +166,6 @@ class AbstractProblem(eqx.Module):
         each = [to_range(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
         return namespace(u).stack(each)
 
-    def slopes(self, u: Vector) -> Vector:
-        """Derivatives of the natural values by the unbounded coordinates."""
-        each = [slope(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
-        return namespace(u).stack(each)
-
     def unbounded(
         self, values: Float[AnyArray, "... parameters"]
     ) -> Float[AnyArray, "... parameters"]:
@@ -177,12 +173,33 @@ class AbstractProblem(eqx.Module):
         each = [to_unbounded(allowed, values[..., i]) for i, allowed in enumerate(self._ranges())]
         return namespace(values).stack(each, axis=-1)
 
+    def at(self, u: Vector) -> Vector:
+        """Natural values at coordinates of a search."""
+        each = [to_value(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
+        return namespace(u).stack(each)
+
+    def slopes(self, u: Vector) -> Vector:
+        """Derivatives of the natural values by the coordinates of a search."""
+        each = [slope(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
+        return namespace(u).stack(each)
+
+    def coordinates(
+        self, values: Float[AnyArray, "... parameters"]
+    ) -> Float[AnyArray, "... parameters"]:
+        """Coordinates of natural values in a search."""
+        each = [to_coordinate(allowed, values[..., i]) for i, allowed in enumerate(self._ranges())]
+        return namespace(values).stack(each, axis=-1)
+
+    def limits(self) -> list[Limits]:
+        """Limits of each coordinate of a search."""
+        return [limits(allowed) for allowed in self._ranges()]
+
     def _ranges(self) -> list[Range]:
         return [handle.allowed for handle in self.handles().values()]
 
     def around(self, u: Vector, answer: Answer, valid: Valid) -> Linearisation:
-        """Linear model of some residuals around a point, in the optimiser's coordinates. Those of a
-        robust loss are weighted.
+        """Linear model of some residuals around a point, in the coordinates of a search. Those of
+        a robust loss are weighted.
         """
         assert answer.jacobian is not None
         loss = self.assumed().loss

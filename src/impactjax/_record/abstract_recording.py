@@ -133,6 +133,12 @@ class AbstractRecording(eqx.Module):
         """The recording with rows subtracted from the observations; residuals grow by them."""
 
     @abc.abstractmethod
+    def without_outliers(self: Own) -> tuple[Own, int]:
+        """The recording without samples that jump away from the motion and back, and their
+        number.
+        """
+
+    @abc.abstractmethod
     def within(self, share: float) -> Valid:
         """Mask of the observations that count in the first `share` of the time."""
 

@@ -22,6 +22,7 @@ from impactjax._record.abstract_recording import (
     check_list,
     counted,
 )
+from impactjax._record.outliers import spikes
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 from impactjax._sensor.abstract_quantity import AbstractQuantity
@@ -154,6 +155,13 @@ class Recording(AbstractRecording):
 
     def shifted(self, rows: Residuals) -> "Recording":
         return eqx.tree_at(lambda each: each.values, self, self.values - rows)
+
+    def without_outliers(self) -> tuple["Recording", int]:
+        valid = np.asarray(self.valid)
+        wrong = np.zeros(len(valid), bool)
+        if self.quantity.is_place:
+            wrong[valid] = spikes(np.asarray(self.values)[valid])
+        return eqx.tree_at(lambda each: each.valid, self, valid & ~wrong), int(np.sum(wrong))
 
     def within(self, share: float) -> Valid:
         ts = plain(self.ts)
