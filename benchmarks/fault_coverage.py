@@ -1,20 +1,26 @@
 """Coverage of 95 % intervals on records with the ordinary faults of a laboratory.
 
     python benchmarks/fault_coverage.py --law kelvin-voigt [--fault zero --fault mixture]
+    python benchmarks/fault_coverage.py --table RECORDS...
 
 A pendulum of 1.4 s at 1 kHz hits a stop. The motion is integrated here, by Runge-Kutta steps of
 50 us that end at each contact, and not by the package. Each record gets one fault, or in the row
-`mixture` a random part of all. It is fitted as the command does, without a sidecar. Columns: share
-of identified intervals that hold the truth, their number, how many lie more than four standard
-errors off, share of parameters that are identified, and what was fitted besides.
+`mixture` a random part of all. It is fitted as the command does, without a sidecar, except that
+`wrong low-pass` states a cutoff of 50 Hz. Columns: share of identified intervals that hold the
+truth, their number, how many lie more than four standard errors off, share of parameters that are
+identified, and what was fitted besides.
+
+With `--records FILE` each fitted record is appended to a file, as a line of JSON, from which
+`--table` makes the table. So several processes can share a row: give each another `--first`.
 """
 
 import argparse
 import collections
+import json
 import math
 import os
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import NamedTuple
 
 import jax
@@ -34,8 +40,11 @@ TRUTHS = {
     "restitution": {"r": 0.6},
     "linear-restitution": {"r0": 0.7, "alpha": 0.05},
     "kelvin-voigt": {"omega0": 600.0, "gamma": 0.15},
+    "walton": {"k": 360e3, "c": 360e3},
+    "hunt-crossley": {"k": 10e6, "c": 1.0},
 }
-LEVER = 9.80665 / OMEGA_N**2  # of a point mass on a light rod [m]
+LEVER = 9.80665 / OMEGA_N**2  # of a point mass of 1 kg on a light rod [m]
+STATED = 50.0  # stated cutoff [Hz], where one is stated
 
 
 class Faults(NamedTuple):
@@ -46,6 +55,7 @@ class Faults(NamedTuple):
     delay: float = 0.0  # [s]
     drift: float = 0.0  # [rad/s]
     cutoff: float = math.inf  # [Hz]
+    states_cutoff: bool = False
     filtered_noise: bool = False
     step: float = 0.0  # [rad]
     friction: float = 0.0  # [rad/s²]
@@ -62,6 +72,7 @@ FAULTS: dict[str, Callable[[np.random.Generator], Faults]] = {
     "delay": lambda rng: Faults(delay=rng.uniform(0, 5e-3)),
     "drift": lambda rng: Faults(drift=rng.uniform(-0.5, 0.5) * DEGREE),
     "low-pass": lambda rng: Faults(cutoff=rng.uniform(30, 100)),
+    "wrong low-pass": lambda rng: Faults(cutoff=rng.uniform(35, 70), states_cutoff=True),
     "filtered noise": lambda rng: Faults(cutoff=rng.uniform(30, 100), filtered_noise=True),
     "steps": lambda _: Faults(step=0.1 * DEGREE),
     "friction": lambda rng: Faults(friction=rng.uniform(0, 4)),
@@ -73,8 +84,8 @@ FAULTS: dict[str, Callable[[np.random.Generator], Faults]] = {
 
 
 def mixture(rng: np.random.Generator) -> Faults:
-    """Each fault with a chance of one in three, but for those that the fit does not know."""
-    unknown = ("none", "scatter")
+    """Each fault with a chance of one in three."""
+    unknown = ("none", "scatter")  # a fit of a motion does not look for scatter
     chosen = [
         make(rng) for name, make in FAULTS.items() if name not in unknown and rng.random() < 1 / 3
     ]
@@ -88,16 +99,29 @@ def mixture(rng: np.random.Generator) -> Faults:
     return usual._replace(**changed)
 
 
+def contact(law: str) -> Callable[[float, float], float] | None:
+    """Angular acceleration by a compliant stop, by angle and rate; `None` for a rigid one."""
+    own = TRUTHS[law]
+    if law == "kelvin-voigt":
+        omega0, gamma = own["omega0"], own["gamma"]
+        return lambda q, v: -omega0 * (omega0 * q + 2 * gamma * v)
+    if law == "walton":
+        return lambda q, v: own["k"] * -q * (1 - own["c"] / own["k"] * LEVER * v)
+    if law == "hunt-crossley":
+        return lambda q, v: (
+            own["k"] * max(-q * LEVER, 0.0) ** 1.5 * (1 - own["c"] * LEVER * v) / LEVER
+        )
+    return None
+
+
 def motion(law: str, rng: np.random.Generator, faults: Faults) -> np.ndarray:
     """Angles at each step."""
-    own, count = TRUTHS[law], round(DURATION / STEP) + 1
-    soft = law == "kelvin-voigt"
-    omega0, gamma = own.get("omega0", 0.0), own.get("gamma", 0.0)
+    own, count, force = TRUTHS[law], round(DURATION / STEP) + 1, contact(law)
 
     def acceleration(q: float, v: float, touches: bool) -> float:
         a = -(OMEGA_N**2) * math.sin(q) - 2 * ZETA * OMEGA_N * v
         a -= faults.friction * math.copysign(1.0, v) if v else 0.0
-        return a - omega0 * (omega0 * q + 2 * gamma * v) if touches else a
+        return a + force(q, v) if touches and force else a
 
     def moved(q: float, v: float, h: float, touches: bool) -> tuple[float, float]:
         k1 = acceleration(q, v, touches)
@@ -113,7 +137,7 @@ def motion(law: str, rng: np.random.Generator, faults: Faults) -> np.ndarray:
         """Positive until the mode ends: in flight the distance, in contact penetration or force."""
         if not touches:
             return q
-        return -(omega0 * q + 2 * gamma * v) if faults.zero_force else -q
+        return force(q, v) if faults.zero_force and force else -q
 
     angles, q, v, touches = np.empty(count), START, 0.0, False
     for i in range(count):
@@ -129,7 +153,7 @@ def motion(law: str, rng: np.random.Generator, faults: Faults) -> np.ndarray:
             q, v = moved(q, v, high, touches)
             rest -= high
             factor = math.exp(faults.scatter * rng.standard_normal())
-            if soft:
+            if force:
                 v *= factor if touches else 1.0
                 touches = not touches
             else:
@@ -164,50 +188,90 @@ def record(law: str, rng: np.random.Generator, faults: Faults) -> ij.Recording:
     return ij.Recording(ts, np.round(shown / step) * step, ij.Angle())
 
 
-def row(law: str, fault: str, count: int, starts: int) -> str:
-    """One row of the table."""
-    truth = {"omega_n": OMEGA_N, "zeta": ZETA, **TRUTHS[law]}
-    make = mixture if fault == "mixture" else FAULTS[fault]
-    held, identified, far, asked = [], 0, 0, collections.Counter()
-    for seed in range(count):
-        rng = np.random.default_rng([seed, len(fault), len(law)])
-        prepared = ij.prepare(record(law, rng, make(rng)), laws=[law])
-        comparison = ij.compare(prepared, starts=ij.Starts(starts))
-        best = comparison.best.estimate
-        wider = ij.across([fit.estimate for fit in comparison])
-        asked.update(set(best.names) - {*truth, "theta0", "theta_dot0", "offset"})
-        for name, value in truth.items():
-            if best.verdict(name) is ij.Verdict.IDENTIFIED:
-                own = best[name]
-                whole = wider.get(name, own)
-                if whole.verdict is not ij.Verdict.IDENTIFIED:
-                    continue
-                low, high = whole.low, whole.high
-                identified += 1
-                held.append(low <= value <= high)
-                if abs(value - (low + high) / 2) > 4 / 1.96 * (high - low) / 2:
-                    far += 1
-                    print(f"{law}, {fault}, seed {seed}: {own}, {low} to {high}", file=sys.stderr)
-    besides = ", ".join(f"{name} {times}" for name, times in asked.most_common())
-    share = f"{np.mean(held):.3f}" if held else "-"
-    all_ = count * len(truth)
-    return (
-        f"| {law} | {fault} | {share} | {len(held)} | {far} | {identified / all_:.2f} | {besides} |"
-    )
+class Outcome(NamedTuple):
+    """Outcome of one record.
+
+    - `truths`: true values by parameter.
+    - `intervals`: ends of the intervals of the parameters that are identified.
+    - `besides`: names of other parameters that were fitted.
+    """
+
+    law: str
+    fault: str
+    seed: int
+    faults: dict[str, float]
+    truths: dict[str, float]
+    intervals: dict[str, tuple[float, float]]
+    besides: list[str]
+
+
+def outcome(law: str, fault: str, seed: int, starts: int) -> Outcome:
+    """Outcome of the record with a seed."""
+    truths = {"omega_n": OMEGA_N, "zeta": ZETA, **TRUTHS[law]}
+    rng = np.random.default_rng([seed, len(fault), len(law)])
+    faults = mixture(rng) if fault == "mixture" else FAULTS[fault](rng)
+    sensor = ij.Sensor(low_pass=ij.Butterworth(STATED)) if faults.states_cutoff else None
+    prepared = ij.prepare(record(law, rng, faults), laws=[law], sensor=sensor)
+    comparison = ij.compare(prepared, starts=ij.Starts(starts))
+    best = comparison.best.estimate
+    wider = ij.across([fit.estimate for fit in comparison])
+    intervals = {}
+    for name in truths:
+        own = wider.get(name, best[name])
+        if {best.verdict(name), own.verdict} == {ij.Verdict.IDENTIFIED}:
+            intervals[name] = (float(own.low), float(own.high))
+    besides = [x for x in best.names if x not in {*truths, "theta0", "theta_dot0", "offset"}]
+    usual = Faults()
+    changed = {x: float(y) for x, y in faults._asdict().items() if y != getattr(usual, x)}
+    return Outcome(law, fault, seed, changed, truths, intervals, besides)
+
+
+def rows(outcomes: Iterable[Outcome]) -> list[str]:
+    """The table, a row for each law and fault."""
+    groups = collections.defaultdict[tuple[str, str], list[Outcome]](list)
+    for each in outcomes:
+        groups[each.law, each.fault].append(each)
+    table = [
+        "| law | fault | records | covered | intervals | far off | identified | fitted besides |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for (law, fault), own in groups.items():
+        held, far, asked = [], 0, collections.Counter(x for each in own for x in each.besides)
+        for each in own:
+            for name, (low, high) in each.intervals.items():
+                truth = each.truths[name]
+                held.append(low <= truth <= high)
+                far += abs(truth - (low + high) / 2) > 4 / 1.96 * (high - low) / 2
+        possible = sum(len(each.truths) for each in own)
+        share = f"{np.mean(held):.3f}" if held else "-"
+        besides = ", ".join(f"{name} {times}" for name, times in asked.most_common())
+        numbers = f"{len(own)} | {share} | {len(held)} | {far} | {len(held) / possible:.2f}"
+        table.append(f"| {law} | {fault} | {numbers} | {besides} |")
+    return table
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--law", choices=[*TRUTHS], default="kelvin-voigt")
     parser.add_argument("--fault", choices=[*FAULTS, "mixture"], action="append")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--starts", type=int, default=16)
+    parser.add_argument("--records", type=Path, help="file to which outcomes are appended")
+    parser.add_argument("--table", type=Path, nargs="+", help="files of outcomes to tabulate")
     asked = parser.parse_args()
-    print("| law | fault | covered | intervals | far off | identified | fitted besides |")
-    print("|---|---|---|---|---|---|---|")
-    for fault in asked.fault or [*FAULTS, "mixture"]:
-        if fault != "zero force" or asked.law == "kelvin-voigt":
-            print(row(asked.law, fault, asked.count, asked.starts), flush=True)
+    outcomes = []
+    if asked.table:
+        lines = [line for path in asked.table for line in path.read_text().splitlines()]
+        outcomes = [Outcome(**json.loads(line)) for line in lines]
+    else:
+        for fault in asked.fault or [*FAULTS, "mixture"]:
+            for seed in range(asked.first, asked.first + asked.count):
+                outcomes.append(outcome(asked.law, fault, seed, asked.starts))
+                if asked.records:
+                    with asked.records.open("a") as file:
+                        print(json.dumps(outcomes[-1]._asdict()), file=file)
+    print(*rows(outcomes), sep="\n")
 
 
 if __name__ == "__main__":

@@ -71,6 +71,14 @@ def words(
     return f"The record asks for {' and '.join(named)}: AIC falls by {gain:.0f}.{effect}"
 
 
+def undecided(held: HeldParameter) -> str:
+    """The sentence on a parameter of which the record does not tell whether it is needed."""
+    return (
+        f"Whether there is {held.name.replace('_', ' ')} is not decided: with it AIC falls by "
+        f"{held.gain:.0f} only. The best model is given with and without it."
+    )
+
+
 def _named(held: HeldParameter, after: Estimate[Problem]) -> str:
     own = after[held.name]
     shown = with_unit(with_error(own.value, own.standard_error), own.unit)

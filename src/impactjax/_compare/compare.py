@@ -9,12 +9,20 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._compare.asked_for import asked_for, freed, friction, rubbed, values_before, words
+from impactjax._compare.asked_for import (
+    asked_for,
+    freed,
+    friction,
+    rubbed,
+    undecided,
+    values_before,
+    words,
+)
 from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.holdout import check_holdout, fitted_part, prediction
 from impactjax._compare.nested import in_stages, special_case
-from impactjax._compare.prepare import Prepared
-from impactjax._compare.ranking import best_first
+from impactjax._compare.prepare import WITH_DRY_FRICTION, Prepared
+from impactjax._compare.ranking import CLEAR, best_first
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.fit import best_from, check_search, scattered
 from impactjax._fit.profile import profiled_by
@@ -29,6 +37,7 @@ from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 
+_DAMPED = 3.0  # damping ratio, in standard errors, from which friction may stand behind it
 _ROUNDS = 3  # times that parameters left out are fitted as well
 _LINEARISED = 1.0  # difference of −2 log L that may come from the linearisation of scatter
 _ROUNDING = 1e-6  # relative difference of two rms that counts as rounding
@@ -51,7 +60,9 @@ def compare(
     their results. If the best fit held a parameter of the sensor or of a stop that the record asks
     for (`left_out`), and its experiment does not list it in `fixed`, all models are fitted again
     with it, and a note says so; likewise with dry friction, if residuals stay autocorrelated
-    without it and it lowers the criterion by 10 or more, and more than those parameters do.
+    without it, or the damping ratio exceeds three standard errors, and if it lowers the criterion
+    by 10 or more, and more than those parameters do. If it lowers it by less, the best model is
+    ranked with and without friction.
 
     **Arguments:**
 
@@ -147,8 +158,8 @@ def _freed(
     settings: _Settings,
 ) -> _Change | None:
     """The change that the best fit asks for: parameters that it held, or dry friction if that
-    lowers the criterion more; `None` without need. Friction is tried if the residuals stay
-    autocorrelated without it.
+    lowers the criterion more; `None` without need. Friction that lowers it, but not clearly, is
+    one more model.
     """
     best, change = _ranked(fits)[0], None
     found = asked_for(best.estimate, own[best.name], settings.search)
@@ -159,14 +170,29 @@ def _freed(
             sentence = words(found, best.estimate, more[best.name].estimate)
             change = _Change(wider, more, sentence)
     left = best if change is None else _ranked(change.fits)[0]
-    if best.is_dry or best.name not in may_rub or int(left.estimate.memory) == 0:
+    variant = best.name + WITH_DRY_FRICTION
+    if best.is_dry or best.name not in may_rub or variant in own or not _may_lack(left.estimate):
         return change
-    dry = _fits({best.name: rubbed(own[best.name])}, settings, fits)[best.name].estimate
-    needs = friction(best.estimate, dry)
-    if not (needs.is_needed and _is_better(dry, left.estimate)):
+    with_friction = {variant: rubbed(own[best.name])}
+    dry = _fits(with_friction, settings, {variant: best})
+    needs = friction(best.estimate, dry[variant].estimate)
+    if not _is_better(dry[variant].estimate, left.estimate):
         return change
-    own = {name: rubbed(each) if name in may_rub else each for name, each in own.items()}
-    return _Change(own, _fits(own, settings, fits), words([needs], best.estimate, dry))
+    if needs.gain >= CLEAR:
+        own = {name: rubbed(each) if name in may_rub else each for name, each in own.items()}
+        said = words([needs], best.estimate, dry[variant].estimate)
+        return _Change(own, _fits(own, settings, fits), said)
+    if change is not None:
+        return change
+    return _Change(own | with_friction, fits | dry, undecided(needs))
+
+
+def _may_lack(estimate: Estimate[Problem]) -> bool:
+    """True if a fit without dry friction may need it: its residuals are autocorrelated, or there is
+    more viscous damping than its error explains.
+    """
+    damped = [estimate[name] for name in estimate.names if name == "zeta"]
+    return int(estimate.memory) > 0 or any(x.value > _DAMPED * x.standard_error for x in damped)
 
 
 def _ranked(fits: Mapping[str, Fitted]) -> list[Fitted]:

@@ -11,6 +11,7 @@ _CLEAR = 0.15  # height, relative to the greatest, above which no contact distur
 _HELD, _FREE = 8.0, 3.0  # residual acceleration with and without a hand, in usual residuals
 _SHARE = 0.5  # largest share of the record with a hand
 _INEXACT = 0.03  # allowed error of the acceleration, relative to gravity: drag, wrong scale
+_BRIDGED = 4  # missing samples in a row between which the place is as good as known
 _FALLS = 0.5  # proper acceleration, relative to gravity, below which the mass falls freely
 
 
@@ -56,7 +57,7 @@ def release(
     longer = max(int(half / 4 / interval), 3) | 1
     if len(ts) < max(_LEAST, 6 * width):
         return None
-    values, known = np.interp(even, ts, places), np.interp(even, ts, valid) == 1
+    values, known = np.interp(even, ts, places), np.interp(even, ts, _bridged(valid)) == 1
     place, rate, acceleration = _derivatives(values, width, interval)
     margin = (width + longer) // 2
     clear, later = _clear(values, known, look, width, margin)
@@ -80,6 +81,13 @@ def release(
         turns = np.flatnonzero(np.diff(np.sign(rate[begin:])) != 0)
         begin += int(turns[0]) if turns.size else 0
     return float(even[begin]), float(even[-1])
+
+
+def _bridged(valid: np.ndarray) -> np.ndarray:
+    """The mask of valid samples, with short gaps closed."""
+    from scipy import ndimage
+
+    return valid | np.asarray(ndimage.binary_closing(valid, np.ones(_BRIDGED + 1, bool)))
 
 
 def _derivatives(

@@ -27,7 +27,7 @@ from impactjax._number_format import with_error, with_unit
 from impactjax._problem.problem import Problem
 from impactjax._sensor.low_pass import Butterworth
 
-CLEAR = 10.0  # expected fall of AIC from which a parameter is needed
+CLEAR = 4.0  # expected fall of AIC from which a parameter is needed
 _COST = 2.0  # AIC counts a parameter twice
 _WHOLE = (0.5, 2.0)  # share of a filter's effect that counts as the whole
 _COLLINEAR = 1e-4  # length of c⊥ relative to c below which the fitted parameters can replace it
@@ -53,7 +53,7 @@ class HeldParameter(NamedTuple):
 
     @property
     def is_needed(self) -> bool:
-        """True if fitting the parameter would lower AIC clearly, by 10 or more."""
+        """True if fitting the parameter would lower AIC clearly, by 4 or more."""
         return self.gain >= CLEAR
 
     def __str__(self) -> str:
