@@ -211,7 +211,8 @@ def outcome(law: str, fault: str, seed: int, starts: int) -> Outcome:
     rng = np.random.default_rng([seed, len(fault), len(law)])
     faults = mixture(rng) if fault == "mixture" else FAULTS[fault](rng)
     sensor = ij.Sensor(low_pass=ij.Butterworth(STATED)) if faults.states_cutoff else None
-    prepared = ij.prepare(record(law, rng, faults), laws=[law], sensor=sensor)
+    free = ("offset", "drift", "gain") if faults.states_cutoff else ()  # as if only it was stated
+    prepared = ij.prepare(record(law, rng, faults), laws=[law], sensor=sensor, free=free)
     comparison = ij.compare(prepared, starts=ij.Starts(starts))
     best = comparison.best.estimate
     wider = ij.across([fit.estimate for fit in comparison])

@@ -229,4 +229,4 @@ def test_fit_of_constants_inside_jit():
         return again.values, again.residuals
 
     for found, known in zip(values(), (expected.values, expected.residuals), strict=True):
-        np.testing.assert_allclose(found, known, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(found, known, rtol=1e-9, atol=1e-9)

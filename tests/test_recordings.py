@@ -115,6 +115,25 @@ def test_outlier_samples_are_left_out(noise, r):
     np.testing.assert_array_equal(np.flatnonzero(spikes(values)), wrong)
 
 
+def test_outliers_of_a_recording_made_in_python_are_left_out():
+    """As those of a file are: jumps of ten degrees in a swing against a stop."""
+    t, random = np.arange(1401) / 1000, np.random.default_rng(4)
+    values = np.abs(0.7 * np.cos(12.0 * t)) + 3e-3 * random.standard_normal(len(t))
+    wrong = random.choice(len(t), 14, replace=False)
+    recording = ij.Recording(t, values, ij.Angle())
+    jumped = values.copy()
+    jumped[wrong] += 10 * DEGREE * random.choice([-1, 1], 14)
+    prepared = ij.prepare(ij.Recording(t, jumped, ij.Angle()), laws=["restitution"])
+    counted = np.asarray(prepared.experiment.recording.valid)
+    assert any("14 of 1401 samples are far from those beside" in note for note in prepared.notes)
+    np.testing.assert_array_equal(np.flatnonzero(~counted), np.sort(wrong))
+    own, clean = prepared.first_look.oscillator, ij.prepare(recording, laws=["restitution"])
+    usual = clean.first_look.oscillator
+    assert isinstance(own, ij.Pendulum)
+    assert isinstance(usual, ij.Pendulum)
+    assert float(own.omega_n) == pytest.approx(float(usual.omega_n), rel=0.01)
+
+
 def test_sidecar_reads_a_file_without_times(tmp_path):
     """The format of the free pendulum: two other rows, then one number in each line."""
     sidecar = """

@@ -50,6 +50,20 @@ def found(
     return None if free is None else free[0]
 
 
+@pytest.mark.parametrize("held", [0.1, 0.2, 0.3])
+def test_release_is_found_beside_outliers_that_are_left_out(held):
+    """One sample in a hundred does not count; a hand holds, then the mass falls and bounces."""
+    ts, random = np.arange(1401) / 1000, np.random.default_rng(3)
+    hand = round(1000 * held)
+    angle = np.concatenate([np.full(hand, 0.785), bouncing(ts, [0.785, 0.0])])[: len(ts)]
+    noisy = angle + 0.2 * DEGREE * random.standard_normal(len(ts))
+    valid = random.random(len(ts)) > 0.01
+    recording = ij.Recording(ts, noisy, ij.Angle(), valid)
+    free = recording.free_part(recording.first_look(ij.Pendulum(10.0, length=0.07)))
+    assert free is not None
+    assert held - 0.03 < free[0] < held + 0.25
+
+
 NOISES = [0.02 * DEGREE, 0.2 * DEGREE]
 TS = np.arange(3000) / 1000
 
