@@ -64,6 +64,16 @@ def test_zero_off_by_half_the_noise_is_found():
     assert "offset" in str(found[0])
 
 
+def test_profile_of_a_fit_with_drift_starts_at_its_minimum():
+    """And not at that before the drift was fitted; the model is nearly linear."""
+    found = ij.fit(experiment(record(1, drift=2 * NOISE), free=["drift"]), starts=ij.Starts(2))
+    squares = np.sum(np.asarray(found.residuals) ** 2)
+    assert 2 * float(np.min(found.start_costs)) == pytest.approx(float(squares), rel=1e-12)
+    low, high = (np.asarray(getattr(ij.profiled(found), end)) for end in ("low", "high"))
+    expected = np.asarray(found.high) - np.asarray(found.low)
+    np.testing.assert_allclose(high - low, expected, rtol=0.1)
+
+
 def test_expected_gain_is_that_of_the_fit():
     before = fitted(offset=NOISE / 2)
     again = ij.fit(experiment(record(1, offset=NOISE / 2), free=["offset"]))
