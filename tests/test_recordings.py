@@ -116,7 +116,7 @@ def test_outlier_samples_are_left_out(noise, r):
 
 
 def test_outliers_of_a_recording_made_in_python_are_left_out():
-    """As those of a file are: jumps of ten degrees in a swing against a stop."""
+    """Jumps of ten degrees in a swing against a stop; those of a file are left out as well."""
     t, random = np.arange(1401) / 1000, np.random.default_rng(4)
     values = np.abs(0.7 * np.cos(12.0 * t)) + 3e-3 * random.standard_normal(len(t))
     wrong = random.choice(len(t), 14, replace=False)
