@@ -188,8 +188,8 @@ def record(law: str, rng: np.random.Generator, faults: Faults) -> ij.Recording:
     return ij.Recording(ts, np.round(shown / step) * step, ij.Angle())
 
 
-class Outcome(NamedTuple):
-    """Outcome of one record.
+class Result(NamedTuple):
+    """Result of one record.
 
     - `truths`: true values by parameter.
     - `intervals`: ends of the intervals of the parameters that are identified.
@@ -205,8 +205,8 @@ class Outcome(NamedTuple):
     besides: list[str]
 
 
-def outcome(law: str, fault: str, seed: int, starts: int) -> Outcome:
-    """Outcome of the record with a seed."""
+def result(law: str, fault: str, seed: int, starts: int) -> Result:
+    """Result of the record with a seed."""
     truths = {"omega_n": OMEGA_N, "zeta": ZETA, **TRUTHS[law]}
     rng = np.random.default_rng([seed, len(fault), len(law)])
     faults = mixture(rng) if fault == "mixture" else FAULTS[fault](rng)
@@ -224,13 +224,13 @@ def outcome(law: str, fault: str, seed: int, starts: int) -> Outcome:
     besides = [x for x in best.names if x not in {*truths, "theta0", "theta_dot0", "offset"}]
     usual = Faults()
     changed = {x: float(y) for x, y in faults._asdict().items() if y != getattr(usual, x)}
-    return Outcome(law, fault, seed, changed, truths, intervals, besides)
+    return Result(law, fault, seed, changed, truths, intervals, besides)
 
 
-def rows(outcomes: Iterable[Outcome]) -> list[str]:
+def rows(results: Iterable[Result]) -> list[str]:
     """The table, a row for each law and fault."""
-    groups = collections.defaultdict[tuple[str, str], list[Outcome]](list)
-    for each in outcomes:
+    groups = collections.defaultdict[tuple[str, str], list[Result]](list)
+    for each in results:
         groups[each.law, each.fault].append(each)
     table = [
         "| law | fault | records | covered | intervals | far off | identified | fitted besides |",
@@ -258,21 +258,21 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--starts", type=int, default=16)
-    parser.add_argument("--records", type=Path, help="file to which outcomes are appended")
-    parser.add_argument("--table", type=Path, nargs="+", help="files of outcomes to tabulate")
+    parser.add_argument("--records", type=Path, help="file to which results are appended")
+    parser.add_argument("--table", type=Path, nargs="+", help="files of results to tabulate")
     asked = parser.parse_args()
-    outcomes = []
+    results = []
     if asked.table:
         lines = [line for path in asked.table for line in path.read_text().splitlines()]
-        outcomes = [Outcome(**json.loads(line)) for line in lines]
+        results = [Result(**json.loads(line)) for line in lines]
     else:
         for fault in asked.fault or [*FAULTS, "mixture"]:
             for seed in range(asked.first, asked.first + asked.count):
-                outcomes.append(outcome(asked.law, fault, seed, asked.starts))
+                results.append(result(asked.law, fault, seed, asked.starts))
                 if asked.records:
                     with asked.records.open("a") as file:
-                        print(json.dumps(outcomes[-1]._asdict()), file=file)
-    print(*rows(outcomes), sep="\n")
+                        print(json.dumps(results[-1]._asdict()), file=file)
+    print(*rows(results), sep="\n")
 
 
 if __name__ == "__main__":

@@ -43,7 +43,23 @@ def test_dry_friction_beside_impacts_is_found():
 def test_record_without_friction_is_not_fitted_with_it():
     comparison, begun = compared(record(0.0))
     assert "dry_friction" not in comparison.best.estimate.names
-    assert begun == ["restitution"]
+    assert begun == ["restitution", "restitution with dry friction"]
+    assert len(comparison) == 1
+
+
+def test_friction_that_is_not_decided_is_given_beside_none(tmp_path):
+    """The damping ratio then covers both models; so do a held-out part and the report."""
+    prepared = ij.prepare(record(0.15), laws=["restitution"], fixed={"gain": 1.0})
+    comparison = ij.compare(prepared, starts=ij.Starts(4), holdout=0.1)
+    assert {fit.name for fit in comparison} == {"restitution", "restitution with dry friction"}
+    assert any("dry friction is not decided" in note for note in comparison.notes)
+    assert all(fit.prediction is not None for fit in comparison)
+    whole = ij.across([fit.estimate for fit in comparison])
+    best = comparison.best.estimate
+    low = whole["zeta"].low if "zeta" in whole else best["zeta"].low
+    assert low <= ZETA
+    ij.io.write_report(tmp_path, comparison)
+    assert "with dry friction" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def test_drift_does_not_pass_for_friction():

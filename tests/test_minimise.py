@@ -198,7 +198,7 @@ def test_outcome_names_the_cause():
 
 @thorough
 def test_scattered_starts_are_inside_ranges():
-    """Not at the end of a range, where the search would stay; the first is the model's own."""
+    """Not at the end of a range, where a law is a special one; the first is the model's own."""
     problem = swing().problem
     lanes = np.asarray(ij.Starts(64).lanes(problem))
     r = np.array([float(problem.at(jnp.asarray(u))[problem.names.index("r")]) for u in lanes])

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._compare.compare import _is_worse, compare_by
+from impactjax._compare.compare import compare_by
+from impactjax._compare.fit_models import _is_worse
 from impactjax._compare.laws import LAWS
 from impactjax._compare.nested import SPECIAL_CASES, in_stages
 from impactjax._first_look.first_look import FirstLook

@@ -8,6 +8,7 @@ import equinox as eqx
 import numpy as np
 
 from impactjax._compare.oscillators import DRY_FRICTION, with_dry_friction
+from impactjax._compare.ranking import fall
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.left_out import needed, sensor_with
 from impactjax._fit.score_test import HeldParameter
@@ -46,7 +47,7 @@ def rubbed(experiment: Experiment) -> Experiment:
 
 def friction(before: Estimate[Problem], dry: Estimate[Problem]) -> HeldParameter:
     """Dry friction as a parameter that was left out, from a fit without and one with it."""
-    own, gain = dry[DRY_FRICTION], float(before.aic - dry.aic)
+    own, gain = dry[DRY_FRICTION], fall(before, dry)
     return HeldParameter(DRY_FRICTION, own.unit, math.inf, own.value, own.standard_error, gain)
 
 
@@ -63,7 +64,7 @@ def words(
 ) -> str:
     """The sentence on what was fitted as well, by how much it matters, and with what effect."""
     named = [_named(each, after) for each in found if each.name in after.names]
-    gain = float(before.aic - after.aic)
+    gain = fall(before, after)
     moved = [
         _moved(name, before, after) for name in before.names if _has_moved(name, before, after)
     ]

@@ -31,6 +31,12 @@ def differences(estimates: Sequence[Estimate[Problem]]) -> list[float]:
     return (values - values[exist].min()).tolist() if exist.any() else values.tolist()
 
 
+def fall(before: Estimate[Problem], after: Estimate[Problem]) -> float:
+    """Fall of the criterion from one fit to another; NaN if it does not exist for both."""
+    first, last = differences([before, after])
+    return first - last
+
+
 def rejected(estimates: Sequence[Estimate[Problem]]) -> list[bool]:
     """True for each fit that the best one rules out; all false if the best one is not usable."""
     behind = differences(estimates)

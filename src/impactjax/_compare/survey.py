@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import equinox as eqx
 import numpy as np
 
 from impactjax._compare.adjust import WHERE, adjusted
@@ -21,7 +22,7 @@ from impactjax._compare.typical_systems import Law
 from impactjax._first_look.first_look import FirstLook
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._record.abstract_recording import AbstractRecording
-from impactjax._record.read_recording import RecordingFile, read_recording
+from impactjax._record.read_recording import RecordingFile, count_of, read_recording
 from impactjax._refusal import check_kind
 from impactjax._sensor.sensor import Sensor
 
@@ -91,12 +92,11 @@ def survey(
 
 def _without_outliers(recording: AbstractRecording) -> tuple[AbstractRecording, list[str]]:
     """The recording without outliers, and the sentence on them; a file's are already left out."""
-    clean, number = recording.without_outliers()
-    if number == 0:
+    wrong = recording.outliers()
+    if not wrong.any():
         return recording, []
-    all_ = np.count_nonzero(np.asarray(recording.valid))
-    verb = "is" if number == 1 else "are"
-    return clean, [f"{number} of {all_} samples {verb} far from those beside, and left out."]
+    clean = eqx.tree_at(lambda each: each.valid, recording, np.asarray(recording.valid) & ~wrong)
+    return clean, [f"{count_of(wrong, 'sample')} far from those beside, and left out."]
 
 
 def _told(file: RecordingFile, setup: Setup) -> set[str]:

@@ -12,7 +12,7 @@ from impactjax._problem.problem import Problem
 from impactjax._shown import with_numbers
 
 _CONTACT_SPREAD, _OTHER_SPREAD = 1.0, 0.02
-_INSIDE = 0.02  # share of a range kept from its ends, where the derivative vanishes
+_INSIDE = 0.02  # share of a range kept from its ends, where a law is a special one: r = 0, r = 1
 
 
 class Starts(eqx.Module):

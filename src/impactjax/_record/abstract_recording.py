@@ -133,10 +133,8 @@ class AbstractRecording(eqx.Module):
         """The recording with rows subtracted from the observations; residuals grow by them."""
 
     @abc.abstractmethod
-    def without_outliers(self: Own) -> tuple[Own, int]:
-        """The recording without samples that jump away from the motion and back, and their
-        number.
-        """
+    def outliers(self) -> Valid:
+        """Mask of the samples that jump away from the motion and back."""
 
     @abc.abstractmethod
     def within(self, share: float) -> Valid:

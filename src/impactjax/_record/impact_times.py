@@ -151,8 +151,8 @@ class ImpactTimes(AbstractRecording):
     def shifted(self, rows: Residuals) -> "ImpactTimes":
         return eqx.tree_at(lambda each: each.times, self, self.times - rows)
 
-    def without_outliers(self) -> tuple["ImpactTimes", int]:
-        return self, 0
+    def outliers(self) -> Valid:
+        return np.zeros(self.valid.shape, bool)
 
     def within(self, share: float) -> Valid:
         times = plain(self.times)

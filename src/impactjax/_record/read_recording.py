@@ -134,16 +134,16 @@ def _samples(
     notes = []
     valid = np.isfinite(values)
     if not valid.all():
-        notes.append(f"{_count(~valid, 'sample')} empty and left out.")
+        notes.append(f"{count_of(~valid, 'sample')} empty and left out.")
     beyond = clipped(values, sidecar.sensor.clip)
     if beyond.any():
-        notes.append(f"{_count(beyond, 'sample')} clipped and left out.")
+        notes.append(f"{count_of(beyond, 'sample')} clipped and left out.")
     valid &= ~beyond
     if quantity.is_place:
         wrong = np.zeros(len(valid), bool)
         wrong[valid] = spikes(values[valid])
         if wrong.any():
-            notes.append(f"{_count(wrong, 'sample')} far from those beside, and left out.")
+            notes.append(f"{count_of(wrong, 'sample')} far from those beside, and left out.")
         valid &= ~wrong
     if np.count_nonzero(valid) < 2:
         problem = f"{np.count_nonzero(valid)} usable values are left"
@@ -164,7 +164,8 @@ def _samples(
     return Recording(jnp.asarray(ts), jnp.asarray(values), quantity, jnp.asarray(valid)), notes
 
 
-def _count(which: np.ndarray, noun: str) -> str:
+def count_of(which: np.ndarray, noun: str) -> str:
+    """Number of those marked, with a verb: "14 of 1401 samples are"."""
     number = np.count_nonzero(which)
     return f"{number} of {len(which)} {noun}s {'is' if number == 1 else 'are'}"
 

@@ -156,12 +156,12 @@ class Recording(AbstractRecording):
     def shifted(self, rows: Residuals) -> "Recording":
         return eqx.tree_at(lambda each: each.values, self, self.values - rows)
 
-    def without_outliers(self) -> tuple["Recording", int]:
+    def outliers(self) -> Valid:
         valid = np.asarray(self.valid)
         wrong = np.zeros(len(valid), bool)
         if self.quantity.is_place:
             wrong[valid] = spikes(np.asarray(self.values)[valid])
-        return eqx.tree_at(lambda each: each.valid, self, valid & ~wrong), int(np.sum(wrong))
+        return wrong
 
     def within(self, share: float) -> Valid:
         ts = plain(self.ts)

@@ -1,0 +1,76 @@
+"""Parameters beside those of the models: what the record asks for is fitted as well."""
+
+from typing import NamedTuple
+
+from impactjax._compare.asked_for import asked_for, freed, friction, rubbed, undecided, words
+from impactjax._compare.comparison import Fitted
+from impactjax._compare.fit_models import Settings, fit_models, ranked
+from impactjax._compare.prepare import WITH_DRY_FRICTION
+from impactjax._compare.ranking import CLEAR, fall
+from impactjax._problem.experiment import Experiment
+
+
+class Enlarged(NamedTuple):
+    """Experiments with more parameters to fit, their fits, and the sentence on them."""
+
+    own: dict[str, Experiment]
+    fits: dict[str, Fitted]
+    sentence: str
+
+
+def enlarged(
+    own: dict[str, Experiment],
+    fits: dict[str, Fitted],
+    may_rub: frozenset[str],
+    settings: Settings,
+) -> Enlarged | None:
+    """The change that the best fit asks for: parameters that it held, or dry friction if that
+    lowers the criterion more; `None` without need.
+    """
+    best = ranked(fits)[0]
+    change = _with_parameters(own, fits, best, settings)
+    left = best if change is None else ranked(change.fits)[0]
+    if best.is_dry or best.name not in may_rub or best.name + WITH_DRY_FRICTION in own:
+        return change
+    return _with_friction(own, fits, may_rub, best, left, settings) or change
+
+
+def _with_parameters(
+    own: dict[str, Experiment], fits: dict[str, Fitted], best: Fitted, settings: Settings
+) -> Enlarged | None:
+    """All models with the parameters that the best fit held and the record asks for; `None` if they
+    do not lower the criterion.
+    """
+    found = asked_for(best.estimate, own[best.name], settings.search)
+    if not found:
+        return None
+    wider = {x: freed(own[x], fits[x].estimate.problem, found) for x in own}
+    more = fit_models(wider, settings, fits)
+    if not fall(best.estimate, ranked(more)[0].estimate) > 0:
+        return None
+    return Enlarged(wider, more, words(found, best.estimate, more[best.name].estimate))
+
+
+def _with_friction(
+    own: dict[str, Experiment],
+    fits: dict[str, Fitted],
+    may_rub: frozenset[str],
+    best: Fitted,
+    left: Fitted,
+    settings: Settings,
+) -> Enlarged | None:
+    """All models with dry friction if it lowers the criterion clearly; the best one with friction
+    as one more model if it lowers it less; `None` if it does not, or less than the parameters that
+    `left` has beside those of `best`.
+    """
+    variant = best.name + WITH_DRY_FRICTION
+    rubs = {variant: rubbed(own[best.name])}
+    dry = fit_models(rubs, settings, {variant: best})
+    needs = friction(best.estimate, dry[variant].estimate)
+    if not fall(left.estimate, dry[variant].estimate) > 0:
+        return None
+    if needs.gain >= CLEAR:
+        own = {name: rubbed(each) if name in may_rub else each for name, each in own.items()}
+        said = words([needs], best.estimate, dry[variant].estimate)
+        return Enlarged(own, fit_models(own, settings, fits), said)
+    return Enlarged(own | rubs, fits | dry, undecided(needs)) if left is best else None
