@@ -50,11 +50,11 @@ def test_wrong_gain_does_not_falsify_natural_frequency(gain):
 @pytest.mark.parametrize(
     ("angle", "stated", "free"),
     [
-        (LARGE, {}, {"offset", "drift", "gain"}),
-        (SMALL, {}, {"offset", "drift"}),
-        (LARGE, {"fixed": {"gain": 1.0}}, {"offset", "drift"}),
+        (LARGE, {}, {"offset", "drift", "gain", "cutoff"}),
+        (SMALL, {}, {"offset", "drift", "cutoff"}),
+        (LARGE, {"fixed": {"gain": 1.0}}, {"offset", "drift", "cutoff"}),
         (LARGE, {"sensor": ij.Sensor()}, set()),
-        (LARGE, {"oscillator": ij.LinearOscillator(13.0)}, {"offset", "drift"}),
+        (LARGE, {"oscillator": ij.LinearOscillator(13.0)}, {"offset", "drift", "cutoff"}),
     ],
 )
 def test_gain_is_fitted_unless_stated_or_untold(angle, stated, free):

@@ -72,7 +72,7 @@ def test_sidecar_says_base_motion(tmp_path):
     assert oscillator.base is not None
     assert float(oscillator.base.amplitude) == 1e-3
     assert {"amplitude", "frequency"} <= experiment.fixed.keys()
-    assert experiment.free == ("phase", "offset", "drift")
+    assert experiment.free == ("phase", "offset", "drift", "cutoff")
 
 
 @pytest.mark.parametrize("law", [None, "restitution"])
@@ -112,7 +112,7 @@ def test_arguments_override_sidecar(tmp_path):
         fixed={"offset": 0.01, "gamma": None},
         free=["length"],
     ).experiments["kelvin-voigt"]
-    assert found.free == ("length",)
+    assert found.free == ("length", "cutoff")
     assert float(found.model.oscillator.lever()) == pytest.approx(0.2)
     assert number(found.fixed["offset"]) == pytest.approx(0.01)
     assert found.model.lower is not None

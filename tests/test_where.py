@@ -43,11 +43,11 @@ def beside():
     return impacting(0.008)
 
 
-def test_zero_and_drift_are_fitted_and_stop_at_zero_is_not(tmp_path, at_rest):
+def test_zero_drift_and_low_pass_are_fitted_and_stop_at_zero_is_not(tmp_path, at_rest):
     prepared = ij.prepare(written(tmp_path / "a.csv", at_rest))
     assert prepared.notes == ()
     for experiment in prepared.experiments.values():
-        assert experiment.free == ("offset", "drift")
+        assert experiment.free == ("offset", "drift", "cutoff")
 
 
 def test_record_of_opposite_sign_is_turned(tmp_path, at_rest):
@@ -72,7 +72,7 @@ def test_gap_beside_equilibrium_is_fitted(tmp_path, beside):
     (note,) = prepared.notes
     assert note.startswith("The impacts seem to be at -7.")
     experiment = prepared.experiments["restitution"]
-    assert set(experiment.free) == {"gap", "offset", "drift"}
+    assert set(experiment.free) == {"gap", "offset", "drift", "cutoff"}
     assert experiment.model.lower is not None
     assert float(experiment.model.lower.gap) == pytest.approx(0.008, abs=5e-4)
 
@@ -84,17 +84,17 @@ def test_floor_of_ball_is_fitted_as_offset(tmp_path):
     heights = simulate_rigid(flow, [0.2, 0.0], TS, lambda speed: 0.8).position + 0.5
     file = written(tmp_path / "a.csv", heights)
     prepared = ij.prepare(file, oscillator=ij.BouncingBall(), laws=["restitution"])
-    assert prepared.experiment.free == ("offset", "drift")
+    assert prepared.experiment.free == ("offset", "drift", "cutoff")
     assert float(prepared.experiment.sensor.offset) == pytest.approx(0.5, abs=5e-3)
 
 
 @pytest.mark.parametrize(
     ("sidecar", "free"),
     [
-        ("[fixed]\ngap = 0.008\n", {"offset", "drift"}),
-        ('[fit]\nfree = ["gap"]\n', {"gap", "offset", "drift"}),
-        ("[sensor]\noffset = 0.0\n", set()),
-        ("[fixed]\ngap = 0.008\n[sensor]\ndrift = 0.0\n", {"offset"}),
+        ("[fixed]\ngap = 0.008\n", {"offset", "drift", "cutoff"}),
+        ('[fit]\nfree = ["gap"]\n', {"gap", "offset", "drift", "cutoff"}),
+        ("[sensor]\noffset = 0.0\n", {"cutoff"}),
+        ("[fixed]\ngap = 0.008\n[sensor]\ndrift = 0.0\n", {"offset", "cutoff"}),
     ],
 )
 def test_stated_stop_is_not_fitted(tmp_path, beside, sidecar, free):

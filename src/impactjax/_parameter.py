@@ -23,6 +23,7 @@ class Range(NamedTuple):
     high: float  # greatest value
     excludes_low: bool  # true if `low` itself is not allowed
     known: bool  # true if usually measured separately: a fit varies it only on request
+    fades: bool = False  # true if its effect goes with its inverse, and vanishes at infinity
 
     def holds(self, value: Float[Array, "..."]) -> Bool[Array | np.ndarray | np.bool, "..."]:
         """True if a value is finite and in range."""
@@ -47,6 +48,7 @@ def parameter(
     at_least: float = -math.inf,
     at_most: float = math.inf,
     known: bool = False,
+    fades: bool = False,
 ) -> dict[str, Range]:
     """Metadata of a field that holds a parameter:
     `eqx.field(converter=as_parameter, metadata=parameter("rad/s", above=0))`.
@@ -59,9 +61,12 @@ def parameter(
     - `unit`: such as "rad/s"; "1" for a pure number.
     - `above`, `at_least`, `at_most`: the range.
     - `known`: true if it is usually measured separately, so that a fit varies it only on request.
+    - `fades`: true for a positive parameter whose effect goes with its inverse, and vanishes at
+      infinity, such as the cutoff of a low-pass: a fit moves the inverse.
     """
     low = at_least if above is None else above
-    return {_KEY: Range(unit, low, at_most, excludes_low=above is not None, known=known)}
+    excludes_low = above is not None
+    return {_KEY: Range(unit, low, at_most, excludes_low=excludes_low, known=known, fades=fades)}
 
 
 def as_parameter(value: ArrayLike) -> Float[Array, "..."]:

@@ -24,6 +24,7 @@ from impactjax._sensor.quantity import AbstractPlace, AbstractSpeed
 
 _STEP = 1e-5  # of a parameter, relative to its scale
 _SINGULAR = 1e-12  # least eigenvalue of the scaled information that counts
+_FAST = 0.4  # cutoff of a low-pass with a small effect, relative to the sampling rate
 _LONGEST, _SHORTEST = 20e-3, 5e-6  # [s], range of contact durations
 _HALVINGS = 10
 _CONSTANT = {"r": ("r0", 1.0, "1")}
@@ -179,6 +180,8 @@ class _Rows(NamedTuple):
             columns.append(self.ts)
         if "gain" in self.setup.free:
             columns.append(np.nan_to_num(self._observed(motion)))
+        if "cutoff" in self.setup.free:
+            columns.append(np.nan_to_num(self._smoothed(motion)))
         errors = self._bound(np.stack(columns, axis=1))
         return tuple(
             Forecast(name, getattr(motion, field) / by, float(error) / by, unit)
@@ -206,8 +209,13 @@ class _Rows(NamedTuple):
             values = np.gradient(values, self.ts)
         return self._filtered(values)
 
+    def _smoothed(self, motion: Motion) -> np.ndarray:
+        """Change of the observations by a fast low-pass."""
+        values, rate = self._observed(motion), 1 / (self.ts[1] - self.ts[0])
+        return filtered_samples(Butterworth(_FAST * rate), values, rate) - values
+
     def _filtered(self, values: np.ndarray) -> np.ndarray:
-        low_pass, rate = self.setup.sensor.low_pass, 1 / (self.ts[1] - self.ts[0])
+        low_pass, rate = self.setup.known_low_pass, 1 / (self.ts[1] - self.ts[0])
         if not isinstance(low_pass, Butterworth) or float(low_pass.cutoff) > 0.45 * rate:
             return values
         return filtered_samples(low_pass, values, rate)

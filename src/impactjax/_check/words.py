@@ -69,7 +69,7 @@ def system_words(found: Survey) -> list[str]:
         told.append(f"There is a second stop, above, at {setup.upper.gap:.4g} (SI).")
     if getattr(setup.oscillator, "base", None) is not None:
         told.append("The base moves harmonically.")
-    if isinstance(low_pass := setup.sensor.low_pass, Butterworth):
+    if isinstance(low_pass := setup.known_low_pass, Butterworth):
         told.append(f"Low-pass: {float(low_pass.cutoff):.4g} Hz, order {low_pass.order}.")
     return told
 
@@ -124,7 +124,7 @@ def contacts(found: Survey) -> list[str]:
     else:
         each = [f"{_samples(t * rate)} of {t * 1e3:g} ms ({of})" for of, t in _TYPICAL.items()]
         told = [f"Not seen by itself. Samples in a typical contact: {', '.join(each)}."]
-    low_pass = found.setup.sensor.low_pass
+    low_pass = found.setup.known_low_pass
     if isinstance(low_pass, Butterworth):
         blur = _RISE / float(low_pass.cutoff)
         told.append(f"The low-pass smooths contacts shorter than about {blur * 1e3:.2g} ms.")

@@ -1,15 +1,13 @@
 """Sign of a record, position of the stop in it, and its usable part, from the record itself."""
 
-import numpy as np
-
 from impactjax._compare.oscillators import with_known
 from impactjax._compare.setup import Setup
+from impactjax._compare.unstated_sensor import with_unstated_sensor
 from impactjax._first_look.first_look import FirstLook
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._sensor.sensor import Sensor
 
 _BEYOND = 0.25  # ratio of the extremes below which a record lies on one side of the stop
-_BENT = 0.04  # departure of a restoring force from proportionality by which a record tells its gain
 WHERE = frozenset(("gap", "lower_gap", "offset", "gain"))
 """Parameters that determine the position of the stop in a record."""
 
@@ -18,10 +16,8 @@ def adjusted(
     recording: AbstractRecording, setup: Setup, said: set[str], chosen: bool, notes: list[str]
 ) -> tuple[AbstractRecording, FirstLook, Setup]:
     """The recording with its sign corrected and a hand's part cut off, the first look at it, and
-    the setup with what follows from it. The zero of a motion with impacts and its drift are fitted,
-    unless the zero is stated: an error of half the noise would put stiffnesses outside their
-    intervals. So is its gain where the motion tells it: an error of 3 % would put frequencies
-    outside theirs.
+    the setup with what follows from it. In a motion with impacts the parameters of the sensor that
+    nobody stated are fitted.
 
     **Arguments:**
 
@@ -36,24 +32,11 @@ def adjusted(
             recording, look = _turned(recording, look, setup, notes)
         if not said & WHERE and setup.upper is None:
             setup, look = _placed(recording, look, setup, notes)
-        hits = not look.swings_freely or look.elsewhere is not None
-        if hits:
-            zero = () if "offset" in said else ("offset", "drift")
-            fitted = (*zero, "gain") if _tells_scale(recording, setup) else zero
-            more = [name for name in fitted if name not in said]
-            setup = setup._replace(free=(*dict.fromkeys([*setup.free, *more]),))
+        if not look.swings_freely or look.elsewhere is not None:
+            setup = with_unstated_sensor(recording, setup, said)
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)
     return recording, look, setup
-
-
-def _tells_scale(recording: AbstractRecording, setup: Setup) -> bool:
-    """True if the restoring force is far from proportional to the displacement, as that of a
-    pendulum released at 30 degrees: then the period depends on the amplitude.
-    """
-    largest = np.max(np.abs(recording.span()))
-    restoring = setup.oscillator.restoring(np.array([largest]))[0]
-    return bool(abs(restoring / largest - 1) > _BENT)
 
 
 def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:

@@ -1,6 +1,7 @@
 """Setup of an experiment: all that is known besides the recording, read from a sidecar."""
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import RecordingFile
 from impactjax._record.sidecar import SensorTable, Sidecar
 from impactjax._sensor.impulse_response import ImpulseResponse
-from impactjax._sensor.low_pass import Butterworth
+from impactjax._sensor.low_pass import AbstractLowPass, Butterworth
 from impactjax._sensor.sensor import Sensor
 
 
@@ -52,6 +53,11 @@ class Setup(NamedTuple):
     laws: Sequence[Law] | None = None
     separation: AbstractSeparation | None = None
     upper: Upper | None = None
+
+    @property
+    def known_low_pass(self) -> AbstractLowPass | None:
+        """The sensor's low-pass, if its cutoff is not fitted."""
+        return None if "cutoff" in self.free else self.sensor.low_pass
 
 
 def setup_of(
@@ -147,7 +153,7 @@ def _stated(file: RecordingFile) -> dict[str, float]:
 
 def _sensor(own: SensorTable) -> Sensor:
     low_pass = None
-    if own.cutoff is not None:
+    if own.cutoff is not None and math.isfinite(own.cutoff):
         low_pass = Butterworth(own.cutoff, order=own.order)
     if own.impulse_response is not None and own.interval is not None:
         low_pass = ImpulseResponse(jnp.asarray(own.impulse_response), own.interval)

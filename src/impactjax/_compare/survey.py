@@ -1,5 +1,7 @@
 """The survey of a recording: all that is known of it, and seen in it before any fit."""
 
+import dataclasses
+import math
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -24,6 +26,7 @@ from impactjax._model.oscillator import AbstractOscillator
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.read_recording import RecordingFile, count_of, read_recording
 from impactjax._refusal import check_kind
+from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.sensor import Sensor
 
 
@@ -81,7 +84,7 @@ def survey(
         setup = Setup(oscillator or OSCILLATORS[record.usual_oscillator](), Sensor(), laws=laws)
     setup = _with_arguments(setup, sensor, fixed, start, free)
     arguments = {*fixed, *start, *free}
-    told |= arguments | ({*WHERE} if sensor is not None else set())
+    told |= arguments | ({*WHERE, "cutoff"} if sensor is not None else set())
     if not recording.suits(setup.oscillator):
         kind = type(setup.oscillator).__name__
         raise ValueError(f"A record of {recording.observed} does not suit a {kind}.")
@@ -102,7 +105,8 @@ def _without_outliers(recording: AbstractRecording) -> tuple[AbstractRecording, 
 def _told(file: RecordingFile, setup: Setup) -> set[str]:
     """Names of the parameters that the sidecar mentions."""
     sidecar = file.sidecar
-    return {*sidecar.start, *sidecar.fixed, *sidecar.fit.free, *setup.held}
+    filtered = set() if sidecar.sensor.cutoff is None else {"cutoff"}
+    return filtered | {*sidecar.start, *sidecar.fixed, *sidecar.fit.free, *setup.held}
 
 
 def _with_arguments(
@@ -118,18 +122,28 @@ def _with_arguments(
     own_start = {name: value for name, value in begun.items() if fixed.get(name) is None}
     own_free = [name for name in setup.free if name not in fixed]
     said = {*fixed, *start, *free}
+    sensor = _with_low_pass(setup.sensor if sensor is None else sensor, fixed.get("cutoff"))
+    if sensor.low_pass is None and fixed.get("cutoff") == math.inf:
+        fixed = {name: value for name, value in fixed.items() if name != "cutoff"}
     values = {name: value for name, value in fixed.items() if value is not None}
     held = [name for name, value in fixed.items() if value is None and name not in own_fixed]
     held += [name for name in setup.held if name not in said]
     return setup._replace(
         oscillator=_with_asked_drag(setup.oscillator, said),
-        sensor=setup.sensor if sensor is None else sensor,
+        sensor=sensor,
         fixed={**own_fixed, **values},
         held=held,
         start={**own_start, **start},
         free=[*dict.fromkeys([*own_free, *free])],
         dry_friction=True if DRY_FRICTION in said else setup.dry_friction,
     )
+
+
+def _with_low_pass(sensor: Sensor, cutoff: float | None) -> Sensor:
+    """The sensor with a low-pass, if it has none and the user gave a finite cutoff."""
+    if sensor.low_pass is not None or cutoff is None or not 0 < cutoff < math.inf:
+        return sensor
+    return dataclasses.replace(sensor, low_pass=Butterworth(cutoff))
 
 
 def _with_asked_drag(oscillator: AbstractOscillator, said: Collection[str]) -> AbstractOscillator:

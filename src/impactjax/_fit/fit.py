@@ -20,7 +20,8 @@ from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
 
-_LATE = ("drift", "gain")  # parameters that could make up for a wrong motion
+_SAME = ("drift", "gain")  # parameters that keep their first value in all scattered starts
+_LATE = (*_SAME, "cutoff")  # parameters that could make up for a wrong motion
 _CLOSE = 1e-3  # damping near a minimum, relative to the usual one
 _ROUGH = 1e-5  # relative decrease at which a search stops that may not be the best
 
@@ -84,7 +85,7 @@ def best_from(
     own, problem = problem, problem.padded() if is_known(problem) else problem
     everything = np.ones(lanes.shape, bool)
     moving = everything & ~np.isin(problem.names, _LATE)
-    lanes = namespace(lanes).where(moving, lanes, lanes[:1])
+    lanes = namespace(lanes).where(np.isin(problem.names, _SAME), lanes[:1], lanes)
     parts = problem.parts(optimiser.horizons)
     whole = namespace(parts).broadcast_to(parts[-1], parts.shape)
     several = is_known((problem, lanes)) and len(lanes) > 1

@@ -7,6 +7,7 @@ profile-likelihood-based confidence intervals", Applied Statistics 37, 87; A. Ra
 
 import dataclasses
 import math
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -61,19 +62,21 @@ def profiled_by(
     estimate.check_single()
     if not bool(estimate.usable) or estimate.scatter is not None:
         return estimate
-    ranges = [handle.allowed for handle in estimate.problem.handles().values()]
-    walks = [_begin(estimate, ranges, j, side) for j in range(len(ranges)) for side in (-1, 1)]
+    local = _straight(estimate)
+    count = len(local.ranges)
+    walks = [_begin(estimate, local, j, side) for j in range(count) for side in (-1, 1)]
     for _ in range(_ROUNDS):
         going = [walk for walk in walks if not walk.done]
         if not going:
             break
         held = [walk.next_value() for walk in going]
-        rises = _rises(estimate, optimiser, ranges, going, held, search)
+        rises = _rises(estimate, optimiser, local, going, held, search)
         for walk, rise in zip(going, rises, strict=True):
             walk.learn(float(rise))
     below, above = walks[::2], walks[1::2]
-    low = np.array([walk.end(each.low) for walk, each in zip(below, ranges, strict=True)])
-    high = np.array([walk.end(each.high) for walk, each in zip(above, ranges, strict=True)])
+    low = np.array([walk.end(each.low) for walk, each in zip(below, local.ranges, strict=True)])
+    high = np.array([walk.end(each.high) for walk, each in zip(above, local.ranges, strict=True)])
+    low, high = local.natural(np.where(local.fades, (high, low), (low, high)))
     both = [a.bounded and b.bounded for a, b in zip(below, above, strict=True)]
     errors, covariance = _agreeing(estimate, np.where(both, high - low, 0))
     lasting = bool(estimate.lasting)
@@ -188,10 +191,43 @@ def _verdict(below: _Walk, above: _Walk, lasting: bool) -> Verdict:
     return kinds[below.bounded + above.bounded]
 
 
-def _begin(estimate: Estimate[P], ranges: list[Range], parameter: int, side: int) -> _Walk:
-    allowed = ranges[parameter]
-    centre = float(np.asarray(estimate.values)[parameter])
-    error = float(np.asarray(estimate.standard_errors)[parameter])
+class _Straight(NamedTuple):
+    """An estimate in linear approximation, with the inverses of the parameters that fade.
+
+    - `fades`: mask of those parameters.
+    - `values`, `covariance`, `ranges`: of the parameters, or of their inverses.
+    """
+
+    fades: np.ndarray
+    values: np.ndarray
+    covariance: np.ndarray
+    ranges: list[Range]
+
+    def natural(self, values: np.ndarray) -> np.ndarray:
+        """The parameters' own values."""
+        with np.errstate(divide="ignore"):
+            return np.where(self.fades, 1 / values, values)
+
+
+def _straight(estimate: Estimate[P]) -> _Straight:
+    own = [handle.allowed for handle in estimate.problem.handles().values()]
+    fades = np.array([allowed.fades for allowed in own])
+    values = np.asarray(estimate.values)
+    slopes = np.where(fades, -1 / np.where(fades, values, 1.0) ** 2, 1.0)
+    values = np.where(fades, 1 / np.where(fades, values, 1.0), values)
+    covariance = np.asarray(estimate.covariance) * np.outer(slopes, slopes)
+    return _Straight(fades, values, covariance, [_inverse(x) if x.fades else x for x in own])
+
+
+def _inverse(allowed: Range) -> Range:
+    """The range of the inverse."""
+    high = 1 / allowed.low if allowed.low > 0 else math.inf
+    return allowed._replace(low=1 / allowed.high, high=high, excludes_low=False)
+
+
+def _begin(estimate: Estimate[P], local: _Straight, parameter: int, side: int) -> _Walk:
+    allowed, centre = local.ranges[parameter], float(local.values[parameter])
+    error = math.sqrt(float(local.covariance[parameter, parameter]))
     error = error if math.isfinite(error) else max(abs(centre), 1e-6)
     logarithmic = allowed.excludes_low and allowed.low == 0 and error > centre / 2
     room = (centre - allowed.low) if side < 0 else (allowed.high - centre)
@@ -206,20 +242,22 @@ def _begin(estimate: Estimate[P], ranges: list[Range], parameter: int, side: int
 def _rises(
     estimate: Estimate[P],
     optimiser: LevenbergMarquardt,
-    ranges: list[Range],
+    local: _Straight,
     walks: list[_Walk],
     held: list[float],
     search: Search,
 ) -> np.ndarray:
     """√((S − S_min)/σ²) at each held value, with the sum of squares S of the refit."""
-    starts = np.array([_start(estimate, ranges, w, v) for w, v in zip(walks, held, strict=True)])
+    starts = np.array([_start(local, w, v) for w, v in zip(walks, held, strict=True)])
     active = np.ones(starts.shape, bool)
     active[np.arange(len(walks)), [walk.parameter for walk in walks]] = False
     # Refits start near the optimum, so every horizon is the full record; their usual number is kept
     # to reuse the compiled program.
     problem = estimate.problem.padded()
     whole = np.tile(np.asarray(problem.valid), (len(optimiser.horizons), 1))
-    minima = search.minima(problem, optimiser, Searches(problem.coordinates(starts), active, whole))
+    lowest, highest, _ = np.transpose(problem.limits())
+    places = np.clip(problem.coordinates(local.natural(starts)), lowest, highest)
+    minima = search.minima(problem, optimiser, Searches(places, active, whole))
     squares = 2 * minima.cost
     n = int(estimate.problem.observations)
     best = 2 * float(np.nanmin(estimate.start_costs))
@@ -229,12 +267,12 @@ def _rises(
     return np.sqrt(np.maximum(np.where(np.isfinite(excess), excess, np.nan), 0))
 
 
-def _start(estimate: Estimate[P], ranges: list[Range], walk: _Walk, value: float) -> np.ndarray:
+def _start(local: _Straight, walk: _Walk, value: float) -> np.ndarray:
     """Start of a refit: the expectation of the other parameters, given the held one,
     p + C eⱼ (v − pⱼ) / Cⱼⱼ with the covariance C; clipped to their ranges.
     """
-    values, covariance = np.asarray(estimate.values), np.asarray(estimate.covariance)
-    together = covariance[:, walk.parameter]
+    values, ranges = local.values, local.ranges
+    together = local.covariance[:, walk.parameter]
     variance = together[walk.parameter]
     known = walk.follows and 0 < variance < math.inf
     start = values + (together / variance * (value - walk.centre) if known else 0.0)

@@ -28,7 +28,6 @@ from impactjax._problem.problem import Problem
 from impactjax._sensor.low_pass import Butterworth
 
 CLEAR = 10.0  # expected fall of AIC from which a parameter is needed
-_HIDDEN = 4.0  # the same for a low-pass that was not assumed
 _COST = 2.0  # AIC counts a parameter twice
 _WHOLE = (0.5, 2.0)  # share of a filter's effect that counts as the whole
 _COLLINEAR = 1e-4  # length of c⊥ relative to c below which the fitted parameters can replace it
@@ -54,12 +53,8 @@ class HeldParameter(NamedTuple):
 
     @property
     def is_needed(self) -> bool:
-        """True if fitting the parameter is expected to lower AIC clearly, by 10 or more.
-
-        For a low-pass that was not assumed 4 is enough. Its effect on the record is known only for
-        some cutoffs, and far from the estimate, so that the fit gains more than expected.
-        """
-        return self.gain >= (_HIDDEN if math.isinf(self.held) else CLEAR)
+        """True if fitting the parameter is expected to lower AIC clearly, by 10 or more."""
+        return self.gain >= CLEAR
 
     def __str__(self) -> str:
         value = with_unit(with_error(self.value, self.standard_error), self.unit)

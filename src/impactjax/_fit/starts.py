@@ -8,10 +8,11 @@ from jaxtyping import Float
 
 from impactjax._known import AnyArray, namespace
 from impactjax._parameter import Range, plain
+from impactjax._problem.parameters import Handle
 from impactjax._problem.problem import Problem
 from impactjax._shown import with_numbers
 
-_CONTACT_SPREAD, _OTHER_SPREAD = 1.0, 0.02
+_FADING_SPREAD, _CONTACT_SPREAD, _OTHER_SPREAD = 1.5, 1.0, 0.02
 _INSIDE = 0.02  # share of a range kept from its ends, where a law is a special one: r = 0, r = 1
 
 
@@ -19,7 +20,8 @@ class Starts(eqx.Module):
     """Starting points of searches: the model's own values, and values scattered around them.
 
     Parameters of the contact laws, whose first estimates are the least certain, are multiplied by
-    random factors from 1/e to e, the others by factors within 2 % of 1.
+    random factors from 1/e to e, the cutoff of a low-pass by factors from 0.22 to 4.5, the others
+    by factors within 2 % of 1.
 
     **Arguments:**
 
@@ -40,7 +42,7 @@ class Starts(eqx.Module):
         columns = []
         for name in problem.names:
             value = plain(known[name].get(problem.system))
-            spread = _CONTACT_SPREAD if "law" in known[name].path else _OTHER_SPREAD
+            spread = _spread(known[name])
             scatter = random.uniform(-spread, spread, self.count - 1).astype(value.dtype)
             columns.append(_within(known[name].allowed, value, np.exp(scatter)))
         return problem.coordinates(namespace(*columns).stack(columns, axis=1))
@@ -48,11 +50,19 @@ class Starts(eqx.Module):
     __repr__ = with_numbers
 
 
+def _spread(handle: Handle) -> float:
+    """The largest change of the logarithm of a parameter."""
+    if handle.allowed.fades:
+        return _FADING_SPREAD
+    return _CONTACT_SPREAD if "law" in handle.path else _OTHER_SPREAD
+
+
 def _within(
     allowed: Range, value: Float[AnyArray, ""], factors: np.ndarray
 ) -> Float[AnyArray, " lanes"]:
     """A value, and its products with some factors, clipped to its range."""
     xp, low, high = namespace(value), allowed.low, allowed.high
-    inside = _INSIDE * (high - low) if math.isfinite(high - low) else 0.0
+    ended = math.isfinite(high - low) and not allowed.fades
+    inside = _INSIDE * (high - low) if ended else 0.0
     others = xp.clip(value * factors, low + inside, high - inside)
     return xp.concatenate([xp.clip(value, low, high)[None], others])

@@ -1,10 +1,12 @@
 """Coordinates in which a search moves a parameter, bounded like its range.
 
+- a parameter whose effect fades towards infinity: u = 1 / value
 - no limit, or limits on both sides: u = value
 - above `low`: u = log(value − low), without limit
 - from `low`: u = arcsinh(value − low) ≥ 0; likewise downwards from `high`
 
-A step of 1 changes a large value by a factor of e. Derivatives do not vanish at the end of a range.
+Where a range has one end, a step of 1 changes a large value by a factor of e. Derivatives do not
+vanish at the end of a range.
 """
 
 import math
@@ -16,6 +18,7 @@ from impactjax._known import AnyArray, namespace
 from impactjax._parameter import Range
 
 _SHARE = 0.5  # of a range with two ends, the longest step
+_FARTHEST = 1e12  # value that counts as infinity
 _INSIDE = 1e-9  # share of it kept from an end that is not allowed
 
 Coordinate = Float[AnyArray, "..."]
@@ -33,6 +36,8 @@ class Limits(NamedTuple):
 def to_coordinate(allowed: Range, value: Value) -> Coordinate:
     """The coordinate of a value in range."""
     xp, low, high = namespace(value), allowed.low, allowed.high
+    if allowed.fades:
+        return 1 / value
     if math.isfinite(low) == math.isfinite(high):
         return value
     if allowed.excludes_low:
@@ -43,6 +48,8 @@ def to_coordinate(allowed: Range, value: Value) -> Coordinate:
 def to_value(allowed: Range, u: Coordinate) -> Value:
     """The value at a coordinate."""
     xp, low, high = namespace(u), allowed.low, allowed.high
+    if allowed.fades:
+        return 1 / u
     if math.isfinite(low) == math.isfinite(high):
         return u
     if allowed.excludes_low:
@@ -53,6 +60,8 @@ def to_value(allowed: Range, u: Coordinate) -> Value:
 def slope(allowed: Range, u: Coordinate) -> Coordinate:
     """The derivative of the value by its coordinate."""
     xp = namespace(u)
+    if allowed.fades:
+        return -1 / u**2
     if math.isfinite(allowed.low) == math.isfinite(allowed.high):
         return xp.ones_like(u)
     return xp.exp(u) if allowed.excludes_low else xp.cosh(u)
@@ -61,6 +70,9 @@ def slope(allowed: Range, u: Coordinate) -> Coordinate:
 def limits(allowed: Range) -> Limits:
     """The limits of a coordinate, and of its change in one step."""
     low, high = allowed.low, allowed.high
+    if allowed.fades:
+        slowest = 1 / low if low > 0 else math.inf
+        return Limits(1 / min(high, _FARTHEST), slowest, math.inf)
     if math.isfinite(low) and math.isfinite(high):
         inside = _INSIDE * (high - low) if allowed.excludes_low else 0.0
         return Limits(low + inside, high, _SHARE * (high - low))

@@ -67,7 +67,7 @@ class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     sigma: Positive | None = None
     quantisation: Positive | None = None
     clip: Positive | None = None
-    cutoff: Positive | None = None
+    cutoff: Annotated[float, msgspec.Meta(gt=0)] | None = None  # infinite: no low-pass
     order: Annotated[int, msgspec.Meta(ge=1, le=12)] = 2
     impulse_response: Annotated[list[Finite], msgspec.Meta(min_length=2)] | None = None
     interval: Positive | None = None

@@ -47,7 +47,7 @@ class Butterworth(AbstractLowPass):
     """
 
     cutoff: Float[Array, "..."] = eqx.field(
-        converter=as_parameter, metadata=parameter("Hz", above=0, known=True)
+        converter=as_parameter, metadata=parameter("Hz", above=0, known=True, fades=True)
     )
     order: int = eqx.field(default=2, static=True)
 

@@ -1,0 +1,120 @@
+"""Parameters of the sensor that nobody stated, in records with impacts made with SciPy."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+import impactjax as ij
+from impactjax._record.read_recording import read_recording
+from reference import simulate_rigid
+
+OMEGA_N, R, DURATION, RATE, FINE = 13.0, 0.6, 1.4, 500, 20_000
+TIMES = np.arange(round(DURATION * RATE)) / RATE
+NOISE = np.radians(0.2)
+
+
+def angles(cutoff=np.inf):
+    """A pendulum released at 45 degrees that hits a stop, behind a low-pass at 20 kHz."""
+
+    def flow(t, y):
+        return np.array([y[1], -(OMEGA_N**2) * np.sin(y[0])])
+
+    times = np.arange(round(DURATION * FINE)) / FINE
+    fine = simulate_rigid(flow, [np.pi / 4, 0.0], times, lambda speed: R).position
+    if np.isfinite(cutoff):
+        sections = signal.butter(2, cutoff, fs=FINE, output="sos")
+        fine = signal.sosfilt(sections, fine, zi=signal.sosfilt_zi(sections) * fine[0])[0]
+    noise = NOISE * np.random.default_rng(5).standard_normal(TIMES.size)
+    return np.asarray(fine)[:: FINE // RATE] + noise
+
+
+def recording(cutoff=np.inf):
+    return ij.Recording(TIMES, angles(cutoff), ij.Angle())
+
+
+def written(path, sidecar):
+    rows = [f"{t}, {x}" for t, x in zip(TIMES, angles(), strict=True)]
+    path.write_text("\n".join(["time [s], angle [rad]", *rows]) + "\n", encoding="utf-8")
+    path.with_suffix(".toml").write_text(sidecar, encoding="utf-8")
+    return read_recording(path)
+
+
+def experiment(record, **said):
+    return ij.prepare(record, laws=["restitution"], **said).experiment
+
+
+def cutoff(found):
+    assert isinstance(found.sensor.low_pass, ij.Butterworth)
+    return float(found.sensor.low_pass.cutoff)
+
+
+def fitted(record):
+    return ij.profiled(ij.fit(experiment(record), starts=ij.Starts(4)))
+
+
+def test_low_pass_is_fitted_with_zero_drift_and_gain(tmp_path):
+    for record in (recording(), written(tmp_path / "a.csv", "[sensor]\ndelay = 0.001\n")):
+        found = experiment(record)
+        assert set(found.free) == {"cutoff", "offset", "drift", "gain"}
+        assert cutoff(found) == pytest.approx(RATE / 10)
+
+
+def test_stated_low_pass_is_kept(tmp_path):
+    found = experiment(written(tmp_path / "a.csv", "[sensor]\ncutoff = 50.0\n"))
+    assert "cutoff" not in found.free
+    assert cutoff(found) == 50.0
+    given = experiment(recording(), fixed={"cutoff": 80.0})
+    assert "cutoff" in given.fixed
+    assert cutoff(given) == 80.0
+
+
+def test_infinite_cutoff_means_no_low_pass(tmp_path):
+    file = written(tmp_path / "a.csv", "[sensor]\ncutoff = inf\n")
+    for found in (experiment(file), experiment(recording(), fixed={"cutoff": np.inf})):
+        assert found.sensor.low_pass is None
+        assert set(found.free) == {"offset", "drift", "gain"}
+
+
+def test_sensor_of_the_user_states_everything():
+    assert experiment(recording(), sensor=ij.Sensor()).free == ()
+
+
+def test_motion_without_impacts_has_no_low_pass():
+    swing = ij.Recording(TIMES, 0.1 * np.cos(OMEGA_N * TIMES), ij.Angle())
+    (name,) = [x for x in ij.prepare(swing).experiments if "dry" not in x]
+    assert ij.prepare(swing).experiments[name].sensor.low_pass is None
+
+
+def test_low_pass_of_filtered_record_is_found():
+    estimate = fitted(recording(cutoff=45.0))
+    for name, truth in {"cutoff": 45.0, "r": R, "omega_n": OMEGA_N}.items():
+        own = estimate[name]
+        assert own.verdict is ij.Verdict.IDENTIFIED
+        assert own.low <= truth <= own.high, name
+
+
+def test_record_without_low_pass_gives_least_cutoff():
+    """The interval of the restitution is that of a fit without a low-pass."""
+    estimate = fitted(recording())
+    low_pass = estimate["cutoff"]
+    assert low_pass.verdict is ij.Verdict.ONE_SIDED
+    assert 50.0 < low_pass.low < 500.0
+    assert low_pass.high == np.inf
+    plain = experiment(recording(), fixed={"cutoff": np.inf})
+    without = ij.profiled(ij.fit(plain, starts=ij.Starts(4)))
+    own, other = estimate["r"], without["r"]
+    assert other.low <= R <= other.high
+    assert own.low == pytest.approx(other.low, abs=0.2 * other.standard_error)
+    assert own.high == pytest.approx(other.high, abs=0.2 * other.standard_error)
+
+
+@pytest.mark.parametrize("start", [15.0, 500.0])
+def test_scattered_starts_find_the_low_pass_from_afar(start):
+    """There are several minima; those found differ by less than one in χ²."""
+    known = experiment(recording(cutoff=45.0))
+    sensor = ij.Sensor(low_pass=ij.Butterworth(start))
+    begun = ij.Experiment(known.model, known.recording, known.initial, sensor, free=known.free)
+    found = ij.fit(begun, starts=ij.Starts(8))
+    best = fitted(recording(cutoff=45.0))
+    assert np.sum(np.square(found.residuals) - np.square(best.residuals)) < NOISE**2
+    assert found["cutoff"].value == pytest.approx(45.0, abs=3 * found["cutoff"].standard_error)
