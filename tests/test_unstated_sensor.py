@@ -1,5 +1,7 @@
 """Parameters of the sensor that nobody stated, in records with impacts made with SciPy."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -7,6 +9,7 @@ from scipy import signal
 import impactjax as ij
 from impactjax._record.read_recording import read_recording
 from reference import simulate_rigid
+from tiers import thorough
 
 OMEGA_N, R, DURATION, RATE, FINE = 13.0, 0.6, 1.4, 500, 20_000
 TIMES = np.arange(round(DURATION * RATE)) / RATE
@@ -118,3 +121,12 @@ def test_scattered_starts_find_the_low_pass_from_afar(start):
     best = fitted(recording(cutoff=45.0))
     assert np.sum(np.square(found.residuals) - np.square(best.residuals)) < NOISE**2
     assert found["cutoff"].value == pytest.approx(45.0, abs=3 * found["cutoff"].standard_error)
+
+
+@thorough
+def test_scatter_beside_a_low_pass_that_is_not_there():
+    found = dataclasses.replace(experiment(recording()), scatter=ij.NormalScatter())
+    estimate = ij.fit(found, starts=ij.Starts(4))
+    assert estimate.scatter is not None
+    assert float(estimate.scatter.size) < 0.02
+    assert estimate["r"].low <= R <= estimate["r"].high

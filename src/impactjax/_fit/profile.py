@@ -16,9 +16,9 @@ from scipy import special
 
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.search import Search, Searches
+from impactjax._fit.straight import Straight, straight
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
-from impactjax._parameter import Range
 
 _FIRST, _GROWTH, _FARTHEST = 2.0, 4.0, 200.0  # distances of the held values, in standard errors
 _ROUNDS = 12  # most refits on one side
@@ -62,8 +62,8 @@ def profiled_by(
     estimate.check_single()
     if not bool(estimate.usable) or estimate.scatter is not None:
         return estimate
-    local = _straight(estimate)
-    count = len(local.ranges)
+    local, ranges = _local(estimate), straight(estimate.problem).ranges
+    count = len(ranges)
     walks = [_begin(estimate, local, j, side) for j in range(count) for side in (-1, 1)]
     for _ in range(_ROUNDS):
         going = [walk for walk in walks if not walk.done]
@@ -74,9 +74,10 @@ def profiled_by(
         for walk, rise in zip(going, rises, strict=True):
             walk.learn(float(rise))
     below, above = walks[::2], walks[1::2]
-    low = np.array([walk.end(each.low) for walk, each in zip(below, local.ranges, strict=True)])
-    high = np.array([walk.end(each.high) for walk, each in zip(above, local.ranges, strict=True)])
-    low, high = local.natural(np.where(local.fades, (high, low), (low, high)))
+    low = np.array([walk.end(each.low) for walk, each in zip(below, ranges, strict=True)])
+    high = np.array([walk.end(each.high) for walk, each in zip(above, ranges, strict=True)])
+    ends = np.where(local.coordinates.fades, (high, low), (low, high))
+    low, high = local.coordinates.turned(ends)
     both = [a.bounded and b.bounded for a, b in zip(below, above, strict=True)]
     errors, covariance = _agreeing(estimate, np.where(both, high - low, 0))
     lasting = bool(estimate.lasting)
@@ -191,42 +192,23 @@ def _verdict(below: _Walk, above: _Walk, lasting: bool) -> Verdict:
     return kinds[below.bounded + above.bounded]
 
 
-class _Straight(NamedTuple):
-    """An estimate in linear approximation, with the inverses of the parameters that fade.
+class _Local(NamedTuple):
+    """An estimate in linear approximation, in straight coordinates."""
 
-    - `fades`: mask of those parameters.
-    - `values`, `covariance`, `ranges`: of the parameters, or of their inverses.
-    """
-
-    fades: np.ndarray
+    coordinates: Straight
     values: np.ndarray
     covariance: np.ndarray
-    ranges: list[Range]
-
-    def natural(self, values: np.ndarray) -> np.ndarray:
-        """The parameters' own values."""
-        with np.errstate(divide="ignore"):
-            return np.where(self.fades, 1 / values, values)
 
 
-def _straight(estimate: Estimate[P]) -> _Straight:
-    own = [handle.allowed for handle in estimate.problem.handles().values()]
-    fades = np.array([allowed.fades for allowed in own])
-    values = np.asarray(estimate.values)
-    slopes = np.where(fades, -1 / np.where(fades, values, 1.0) ** 2, 1.0)
-    values = np.where(fades, 1 / np.where(fades, values, 1.0), values)
-    covariance = np.asarray(estimate.covariance) * np.outer(slopes, slopes)
-    return _Straight(fades, values, covariance, [_inverse(x) if x.fades else x for x in own])
+def _local(estimate: Estimate[P]) -> _Local:
+    values, own = np.asarray(estimate.values), straight(estimate.problem)
+    slopes = own.slopes(values)
+    covariance = np.asarray(estimate.covariance) / np.outer(slopes, slopes)
+    return _Local(own, own.turned(values), covariance)
 
 
-def _inverse(allowed: Range) -> Range:
-    """The range of the inverse."""
-    high = 1 / allowed.low if allowed.low > 0 else math.inf
-    return allowed._replace(low=1 / allowed.high, high=high, excludes_low=False)
-
-
-def _begin(estimate: Estimate[P], local: _Straight, parameter: int, side: int) -> _Walk:
-    allowed, centre = local.ranges[parameter], float(local.values[parameter])
+def _begin(estimate: Estimate[P], local: _Local, parameter: int, side: int) -> _Walk:
+    allowed, centre = local.coordinates.ranges[parameter], float(local.values[parameter])
     error = math.sqrt(float(local.covariance[parameter, parameter]))
     error = error if math.isfinite(error) else max(abs(centre), 1e-6)
     logarithmic = allowed.excludes_low and allowed.low == 0 and error > centre / 2
@@ -242,7 +224,7 @@ def _begin(estimate: Estimate[P], local: _Straight, parameter: int, side: int) -
 def _rises(
     estimate: Estimate[P],
     optimiser: LevenbergMarquardt,
-    local: _Straight,
+    local: _Local,
     walks: list[_Walk],
     held: list[float],
     search: Search,
@@ -256,7 +238,7 @@ def _rises(
     problem = estimate.problem.padded()
     whole = np.tile(np.asarray(problem.valid), (len(optimiser.horizons), 1))
     lowest, highest, _ = np.transpose(problem.limits())
-    places = np.clip(problem.coordinates(local.natural(starts)), lowest, highest)
+    places = np.clip(problem.coordinates(local.coordinates.turned(starts)), lowest, highest)
     minima = search.minima(problem, optimiser, Searches(places, active, whole))
     squares = 2 * minima.cost
     n = int(estimate.problem.observations)
@@ -267,11 +249,11 @@ def _rises(
     return np.sqrt(np.maximum(np.where(np.isfinite(excess), excess, np.nan), 0))
 
 
-def _start(local: _Straight, walk: _Walk, value: float) -> np.ndarray:
+def _start(local: _Local, walk: _Walk, value: float) -> np.ndarray:
     """Start of a refit: the expectation of the other parameters, given the held one,
     p + C eⱼ (v − pⱼ) / Cⱼⱼ with the covariance C; clipped to their ranges.
     """
-    values, ranges = local.values, local.ranges
+    values, ranges = local.values, local.coordinates.ranges
     together = local.covariance[:, walk.parameter]
     variance = together[walk.parameter]
     known = walk.follows and 0 < variance < math.inf

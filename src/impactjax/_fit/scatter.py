@@ -15,7 +15,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Array, Bool, Float
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.mixed_model import (
@@ -27,6 +27,7 @@ from impactjax._fit.mixed_model import (
 )
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.search import Search
+from impactjax._fit.straight import Straight, straight
 from impactjax._fit.uncertainty import verdicts, within_ranges
 from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
@@ -47,7 +48,9 @@ Effects = Float[AnyArray, " impacts"]
 
 
 class _Around(NamedTuple):
-    """Residuals around a point: simulated minus recorded, and their derivatives."""
+    """Residuals around a point: simulated minus recorded, and their derivatives by straight
+    coordinates.
+    """
 
     residuals: Float[AnyArray, " observations"]
     jacobian: Float[AnyArray, "observations parameters"]
@@ -67,17 +70,19 @@ def with_scatter(
     own = estimate.problem
     problem = own.padded() if is_known(own) else own
     traced = not is_known((problem, estimate.values))
-    values = estimate.values if traced else known(estimate.values)
+    axes = straight(problem)
+    values = axes.turned(estimate.values if traced else known(estimate.values))
     logs = namespace(values).zeros(_impacts(problem, estimate), values.dtype)
     parts, yes = jnp.asarray(problem.parts(optimiser.horizons)), jnp.ones((), bool)
 
     def around(values: Vector, logs: Effects) -> _Around:
-        scattered = problem.scattered(jnp.exp(jnp.asarray(logs)))
-        u = jnp.asarray(problem.coordinates(values))
+        scattered, own = problem.scattered(jnp.exp(jnp.asarray(logs))), axes.turned(values)
+        u = jnp.asarray(problem.coordinates(own))
         answer = search.evaluate(scattered, u, parts, yes).answer
         assert answer.jacobian is not None
         assert answer.effects is not None
-        point = _Around(answer.residuals, answer.jacobian, answer.effects, answer.impacts)
+        jacobian = answer.jacobian * axes.slopes(own)
+        point = _Around(answer.residuals, jacobian, answer.effects, answer.impacts)
         return point if traced else known(point)
 
     point = around(values, logs)
@@ -157,16 +162,15 @@ def _whitened(
 
 
 def _within(problem: Problem, values: Vector) -> Vector:
-    """Values clipped to their ranges."""
-    xp = namespace(values)
-    ranges = [handle.allowed for handle in problem.handles().values()]
+    """Straight coordinates clipped to their ranges."""
+    xp, ranges = namespace(values), straight(problem).ranges
     inside = [1e-12 if allowed.excludes_low else 0.0 for allowed in ranges]
     low = xp.asarray([x.low + more for x, more in zip(ranges, inside, strict=True)], values.dtype)
     return xp.clip(values, low, xp.asarray([x.high for x in ranges], values.dtype))
 
 
 class _Found(NamedTuple):
-    """The answer of a mixed model."""
+    """The answer of a mixed model, in straight coordinates."""
 
     values: Vector
     low: Vector
@@ -195,7 +199,8 @@ def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows
     unbounded = namespace(values).where(solution.determined, 0.0, np.inf)
     low, high = low - unbounded, high + unbounded
     middle, least, most = (solution.size(level) for level in (0.5, 0.025, 0.975))
-    jacobian = whitened(point.jacobian, point.effects, solution.ratio)[:rows]
+    slopes = straight(problem).slopes(straight(problem).turned(values))
+    jacobian = whitened(point.jacobian / slopes, point.effects, solution.ratio)[:rows]
     scatter = Scatter(middle, least, most, solution.effect, jacobian)
     xp, covariance = namespace(observed), solution.covariance
     left = xp.abs(_within(problem, values + solution.value) - values)
@@ -212,6 +217,15 @@ def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows
         settled,
         solution.determined,
     )
+
+
+def _ends(axes: Straight, found: _Found) -> Float[Array, "2 parameters"]:
+    """Ends of the intervals of the values; a coordinate of zero is an infinite value."""
+    low = jnp.where(jnp.array(axes.fades), jnp.maximum(found.low, 0.0), found.low)
+    ends = jnp.where(
+        jnp.array(axes.fades), jnp.stack([found.high, low]), jnp.stack([low, found.high])
+    )
+    return axes.turned(ends)
 
 
 def _ratio(errors: Vector, before: Vector) -> Vector:
@@ -234,24 +248,28 @@ def _estimate(
     ).astype(jnp.int32)
     usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = problem.noise.lasts(residuals, n)
-    interval = within_ranges(problem, found.low, found.high)
+    axes = straight(problem)
+    values, (low, high) = axes.turned(found.values), _ends(axes, found)
+    slopes = axes.slopes(values)
+    interval = within_ranges(problem, low, high)
     infinite = jnp.diag(jnp.where(found.determined, 0.0, jnp.inf))
-    errors = jnp.sqrt(jnp.diagonal(found.covariance + infinite))
+    covariance = found.covariance * jnp.outer(slopes, slopes) + infinite
+    errors = jnp.sqrt(jnp.diagonal(covariance))
     parameters = p + 1 + problem.sizes_found
     return dataclasses.replace(
         estimate,
-        values=found.values,
+        values=values,
         standard_errors=errors,
         inflation=estimate.inflation * _ratio(errors, estimate.standard_errors),
         freedom=found.freedom,
         memory=problem.noise.order(residuals, n),
         low=interval.low,
         high=interval.high,
-        covariance=found.covariance + infinite,
+        covariance=covariance,
         lasting=lasting,
         verdicts=verdicts(interval.below & usable, interval.above & usable, lasting),
         residuals=residuals,
-        jacobian=point.jacobian,
+        jacobian=point.jacobian / slopes,
         impacts=point.impacts,
         rms=jnp.sqrt(jnp.sum(residuals**2) / n),
         aic=2 * parameters - 2 * found.likelihood,
