@@ -272,7 +272,7 @@ def test_page_lists_all_assumptions(fitted):
     assert "mass = 1 kg (not stated; the default). On it rests: no value." in said
     assert "gap = 0 rad (neither fitted nor stated)." in said
     assert "Of the sensor: delay = 0 s" in said
-    assert "no low-pass" in said
+    assert "a Butterworth low-pass of order 2" in said
 
 
 def test_printed_estimate_names_assumptions(fitted):

@@ -23,6 +23,7 @@ TRUTH = {
     "gain": 1.0,
     "drift": 0.0,
 }
+PARAMETERS = len(TRUTH) + 2  # and the cutoff, and the size of the noise
 ALIKE = ["--duration=0.8", "--rate=500", "--set=length=2"]  # all runs compile the same program
 SWING = [
     *("simulate", "--law", "restitution", *ALIKE, "--noise", "0.2", "--seed", "3"),
@@ -102,7 +103,7 @@ def test_fit_json_schema(found, simulated):
     assert fit["rms_residual"]["unit"] == "rad"
     assert fit["rms_residual"]["value"] == pytest.approx(math.radians(0.2), rel=0.1)
     assert {type(fit[key]) for key in ("aic", "bic", "seconds")} == {float}
-    assert fit["bic"] - fit["aic"] == pytest.approx((len(TRUTH) + 1) * (math.log(401) - 2))
+    assert fit["bic"] - fit["aic"] == pytest.approx(PARAMETERS * (math.log(401) - 2))
 
 
 def test_fit_json_parameter_schema(found):
@@ -119,6 +120,7 @@ def test_fit_json_parameter_schema(found):
         "offset": "rad",
         "delay": "s",
         "drift": "rad/s",
+        "cutoff": "Hz",
     }
     parameters = found.best["parameters"]
     assert {name: each["unit"] for name, each in parameters.items()} == units
