@@ -8,7 +8,8 @@ import pytest
 
 import impactjax as ij
 from estimates import line
-from impactjax._fit.profile import _Walk, profiled_by
+from impactjax._fit.profile import profiled_by
+from impactjax._fit.profile_walk import Walk
 from impactjax._fit.search import Search
 from tiers import quick
 
@@ -61,7 +62,7 @@ def test_profile_approaches_failure_beyond_first_step():
 
 def test_profile_side_is_open_despite_distant_failure():
 
-    walk = _Walk(0, 1, 1.0, 1.0, logarithmic=True, farthest=math.inf, limit=2.0)
+    walk = Walk(0, 1, 1.0, 1.0, logarithmic=True, farthest=math.inf, limit=2.0)
     while not walk.done:
         walk.learn(0.1 if walk.next_value() < math.exp(12) else math.nan)
     assert not walk.failed

@@ -136,7 +136,11 @@ def test_models_are_fitted_in_parallel(tmp_path):
 
 
 def test_no_models_give_no_fits():
-    assert len(ij.compare({})) == 0
+    nothing = ij.compare({})
+    assert len(nothing) == 0
+    assert ij.across([]) == {}
+    with pytest.raises(ValueError, match="No model was fitted"):
+        _ = nothing.best
 
 
 def test_laws_of_ones_own_start_from_their_own_values(tmp_path, at_rest):

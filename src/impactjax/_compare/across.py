@@ -57,9 +57,9 @@ def across(estimates: Sequence[Estimate[Problem]]) -> dict[str, Across]:
     """
     behind = differences(estimates)
     near = [i for i, by in enumerate(behind) if by < CLEAR and bool(estimates[i].usable)]
-    best = estimates[0]
     if not near or near[0] != 0:
         return {}
+    best = estimates[0]
     found = {}
     for name, handle in best.problem.handles().items():
         sharing = [i for i in near if _shares(estimates[i], best, name, handle)]

@@ -10,7 +10,7 @@ import numpy as np
 from impactjax._compare.oscillators import DRY_FRICTION, with_dry_friction
 from impactjax._compare.ranking import fall
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.left_out import needed, sensor_with
+from impactjax._fit.left_out import needed
 from impactjax._fit.score_test import HeldParameter
 from impactjax._fit.search import Search
 from impactjax._number_format import with_error, with_unit
@@ -24,19 +24,21 @@ _MOVED = 1.0  # change of a value, in standard errors, that is worth a word
 def asked_for(
     estimate: Estimate[Problem], experiment: Experiment, search: Search
 ) -> list[HeldParameter]:
-    """The parameters that the record asks for beside those fitted and those stated by the user."""
+    """The parameters that the record asks for beside those fitted and those stated by the user. A
+    sensor without a low-pass states that there is none.
+    """
     if not bool(estimate.converged):
         return []
-    return needed(estimate, tuple(experiment.fixed), search)
+    stated = () if experiment.sensor.low_pass is not None else ("cutoff",)
+    return needed(estimate, (*experiment.fixed, *stated), search)
 
 
 def freed(experiment: Experiment, problem: Problem, found: Sequence[HeldParameter]) -> Experiment:
     """The experiment with more parameters to fit, those that its model has."""
-    sensor = sensor_with(experiment.sensor, found)
-    known = handles(dataclasses.replace(problem.system, sensor=sensor))
+    known = handles(problem.system)
     names = [each.name for each in found if each.name in known]
     free = tuple(dict.fromkeys([*experiment.free, *names]))
-    return dataclasses.replace(experiment, sensor=sensor, free=free)
+    return dataclasses.replace(experiment, free=free)
 
 
 def rubbed(experiment: Experiment) -> Experiment:

@@ -64,7 +64,9 @@ class Comparison:
 
     @property
     def best(self) -> Fitted:
-        """The fit with the best criterion."""
+        """The fit with the best criterion. Raises `ValueError` if there is none."""
+        if not self.fits:
+            raise ValueError("No model was fitted.")
         return self.fits[0]
 
     def __repr__(self) -> str:

@@ -33,6 +33,7 @@ class Setup(NamedTuple):
 
     - `oscillator`: oscillator that was recorded.
     - `sensor`: gain, offset, filter and noise of the instrument.
+    - `order`: order of a low-pass whose cutoff is not known.
     - `dry_friction`: true with dry friction; `None` tries both in free flight.
     - `fixed`: known parameters by name; a law that does not have a parameter ignores it.
     - `held`: names of parameters that keep their starting values.
@@ -45,6 +46,7 @@ class Setup(NamedTuple):
 
     oscillator: AbstractOscillator
     sensor: Sensor
+    order: int = 2
     dry_friction: bool | None = None
     fixed: Mapping[str, float] = {}
     held: Sequence[str] = ()
@@ -94,8 +96,9 @@ def setup_of(
     return Setup(
         _completed(oscillator, file),
         sensor,
-        True if asked else system.dry_friction,
-        {**_stated(file), **sidecar.fixed},
+        order=sidecar.sensor.order,
+        dry_friction=True if asked else system.dry_friction,
+        fixed={**_stated(file), **sidecar.fixed},
         held=_measured(sidecar),
         start=sidecar.start,
         free=sidecar.fit.free,

@@ -1,7 +1,5 @@
 """The survey of a recording: all that is known of it, and seen in it before any fit."""
 
-import dataclasses
-import math
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -21,12 +19,12 @@ from impactjax._compare.oscillators import (
 from impactjax._compare.requests import check_requests
 from impactjax._compare.setup import Setup, setup_of
 from impactjax._compare.typical_systems import Law
+from impactjax._compare.unstated_sensor import with_named_low_pass
 from impactjax._first_look.first_look import FirstLook
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.read_recording import RecordingFile, count_of, read_recording
 from impactjax._refusal import check_kind
-from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.sensor import Sensor
 
 
@@ -83,6 +81,7 @@ def survey(
         name, chosen, told = "recording", False, set()
         setup = Setup(oscillator or OSCILLATORS[record.usual_oscillator](), Sensor(), laws=laws)
     setup = _with_arguments(setup, sensor, fixed, start, free)
+    setup = with_named_low_pass(recording, setup)
     arguments = {*fixed, *start, *free}
     told |= arguments | ({*WHERE, "cutoff"} if sensor is not None else set())
     if not recording.suits(setup.oscillator):
@@ -122,28 +121,18 @@ def _with_arguments(
     own_start = {name: value for name, value in begun.items() if fixed.get(name) is None}
     own_free = [name for name in setup.free if name not in fixed]
     said = {*fixed, *start, *free}
-    sensor = _with_low_pass(setup.sensor if sensor is None else sensor, fixed.get("cutoff"))
-    if sensor.low_pass is None and fixed.get("cutoff") == math.inf:
-        fixed = {name: value for name, value in fixed.items() if name != "cutoff"}
     values = {name: value for name, value in fixed.items() if value is not None}
     held = [name for name, value in fixed.items() if value is None and name not in own_fixed]
     held += [name for name in setup.held if name not in said]
     return setup._replace(
         oscillator=_with_asked_drag(setup.oscillator, said),
-        sensor=sensor,
+        sensor=setup.sensor if sensor is None else sensor,
         fixed={**own_fixed, **values},
         held=held,
         start={**own_start, **start},
         free=[*dict.fromkeys([*own_free, *free])],
         dry_friction=True if DRY_FRICTION in said else setup.dry_friction,
     )
-
-
-def _with_low_pass(sensor: Sensor, cutoff: float | None) -> Sensor:
-    """The sensor with a low-pass, if it has none and the user gave a finite cutoff."""
-    if sensor.low_pass is not None or cutoff is None or not 0 < cutoff < math.inf:
-        return sensor
-    return dataclasses.replace(sensor, low_pass=Butterworth(cutoff))
 
 
 def _with_asked_drag(oscillator: AbstractOscillator, said: Collection[str]) -> AbstractOscillator:

@@ -7,6 +7,7 @@ others hardly grow by fitting it.
 """
 
 import dataclasses
+import math
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._sensor.low_pass import Butterworth
 
 _BENT = 0.04  # departure of a restoring force from proportionality by which a record tells its gain
+_FEW = 50  # samples that do not tell of a low-pass beside all else
 _START = 0.1  # first cutoff, relative to the sampling rate
 
 
@@ -34,14 +36,45 @@ def with_unstated_sensor(recording: AbstractRecording, setup: Setup, said: set[s
     return _with_low_pass(recording, setup, said)
 
 
-def _with_low_pass(recording: AbstractRecording, setup: Setup, said: set[str]) -> Setup:
-    """The setup with a Butterworth low-pass of order 2 to be fitted, unless the user named one."""
-    if setup.sensor.low_pass is not None or "cutoff" in said:
+def with_named_low_pass(recording: AbstractRecording, setup: Setup) -> Setup:
+    """The setup with a Butterworth low-pass, if the user named a cutoff and the sensor has none. It
+    has none if the cutoff is infinite, or held without a value.
+    """
+    values = {**setup.start, **setup.fixed}
+    if "cutoff" not in {*values, *setup.held, *setup.free}:
         return setup
+    unknown = "cutoff" in setup.held and setup.sensor.low_pass is None
+    if unknown or values.get("cutoff") == math.inf:
+        return setup._replace(
+            sensor=dataclasses.replace(setup.sensor, low_pass=None),
+            fixed={name: value for name, value in setup.fixed.items() if name != "cutoff"},
+            start={name: value for name, value in setup.start.items() if name != "cutoff"},
+            held=[name for name in setup.held if name != "cutoff"],
+        )
+    if setup.sensor.low_pass is not None:
+        return setup
+    return _filtered(setup, values.get("cutoff", _usual_cutoff(recording)))
+
+
+def _with_low_pass(recording: AbstractRecording, setup: Setup, said: set[str]) -> Setup:
+    """The setup with a Butterworth low-pass to be fitted, unless the user named one, or there are
+    too few samples to tell.
+    """
+    few = len(recording.axis[0]) < _FEW
+    if few or setup.sensor.low_pass is not None or "cutoff" in said:
+        return setup
+    setup = _filtered(setup, _usual_cutoff(recording))
+    return setup._replace(free=(*setup.free, "cutoff"))
+
+
+def _usual_cutoff(recording: AbstractRecording) -> float:
     ts, _ = recording.axis
-    low_pass = Butterworth(_START / float(np.median(np.diff(ts))))
-    sensor = dataclasses.replace(setup.sensor, low_pass=low_pass)
-    return setup._replace(sensor=sensor, free=(*setup.free, "cutoff"))
+    return _START / float(np.median(np.diff(ts)))
+
+
+def _filtered(setup: Setup, cutoff: float) -> Setup:
+    low_pass = Butterworth(cutoff, order=setup.order)
+    return setup._replace(sensor=dataclasses.replace(setup.sensor, low_pass=low_pass))
 
 
 def _tells_scale(recording: AbstractRecording, setup: Setup) -> bool:

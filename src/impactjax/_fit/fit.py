@@ -14,6 +14,8 @@ from impactjax._fit.starts import Starts
 from impactjax._fit.uncertainty import summarise
 from impactjax._known import AnyArray, is_known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._optimise.linearisation import Vector
+from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.checks import check_no_priors
 from impactjax._problem.experiment import Experiment
@@ -74,7 +76,8 @@ def best_from(
     beside: Float[AnyArray, "others parameters"] | None = None,
 ) -> Estimate[P]:
     """The estimate of the best of several searches. These stop early, and the best is continued.
-    Parameters that could make up for a wrong motion move only from the best minimum of the others.
+    Parameters that could make up for a wrong motion move only from the best minimum of the others,
+    a cutoff also from infinity.
 
     **Arguments:**
 
@@ -98,11 +101,23 @@ def best_from(
     best, costs = lowest(minima), minima.cost
     if several or not moving.all():
         close = dataclasses.replace(optimiser, damping=_CLOSE * optimiser.damping)
-        last = search.minima(problem, close, Searches(best.u[None], everything[:1], whole))
+        places = _with_faded(problem, best.u)
+        moves = np.ones(places.shape, bool)
+        last = lowest(search.minima(problem, close, Searches(places, moves, whole)))
+        last = jax.tree.map(lambda x: x[None], last)
         last = last._replace(iterations=last.iterations + best.iterations)
         costs = namespace(costs).where(costs == best.cost, last.cost, costs)
         minima = last
     return summarise(problem, search.best_of(problem, minima, parts), costs).of(own)
+
+
+def _with_faded(problem: AbstractProblem, u: Vector) -> Lanes:
+    """A point, and beside it that at which the effects of parameters that fade have vanished."""
+    xp, fades = namespace(u), np.array([each.allowed.fades for each in problem.handles().values()])
+    if not fades.any():
+        return u[None]
+    vanished = xp.asarray([each.low for each in problem.limits()], u.dtype)
+    return xp.stack([u, xp.where(fades, vanished, u)])
 
 
 def _roughly(optimiser: LevenbergMarquardt) -> LevenbergMarquardt:

@@ -118,7 +118,7 @@ def needed(
     return found
 
 
-def sensor_with(sensor: Sensor, found: Sequence[HeldParameter]) -> Sensor:
+def _sensor_with(sensor: Sensor, found: Sequence[HeldParameter]) -> Sensor:
     """The sensor, with a Butterworth low-pass of order 2 if a cutoff was found and it has none."""
     cutoffs = [each.value for each in found if each.name == "cutoff"]
     if not cutoffs or sensor.low_pass is not None:
@@ -129,7 +129,7 @@ def sensor_with(sensor: Sensor, found: Sequence[HeldParameter]) -> Sensor:
 def _freed(estimate: Estimate[Problem], found: Sequence[HeldParameter]) -> Problem:
     """The problem with some more parameters to fit, which starts from the estimate."""
     problem, system = estimate.problem, estimate.system
-    system = dataclasses.replace(system, sensor=sensor_with(system.sensor, found))
+    system = dataclasses.replace(system, sensor=_sensor_with(system.sensor, found))
     wanted = {*problem.names, *(each.name for each in found)}
     order = tuple(name for name in handles(system) if name in wanted)
     return dataclasses.replace(problem, system=system, names=order)

@@ -5,8 +5,8 @@ profile-likelihood-based confidence intervals", Applied Statistics 37, 87; A. Ra
 "Structural and practical identifiability analysis", Bioinformatics 25, 1923.
 """
 
-import dataclasses
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -15,17 +15,16 @@ import numpy as np
 from scipy import special
 
 from impactjax._fit.estimate import Estimate, P
+from impactjax._fit.profile_walk import Walk
 from impactjax._fit.search import Search, Searches
 from impactjax._fit.straight import Straight, straight
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._optimise.minimiser import Minimum
 
-_FIRST, _GROWTH, _FARTHEST = 2.0, 4.0, 200.0  # distances of the held values, in standard errors
 _ROUNDS = 12  # most refits on one side
-_NEAR = 0.02  # relative distance of the rise from its limit at which the end counts as found
-_PLAIN = 4.0  # distance beyond which a side is open even if simulations fail farther out
 _DIFFERENT = 1.5  # ratio of two errors above which the standard error is replaced
-_CLOSE = 0.1  # relative distance to a failing simulation at which the walk ends
+_LOWER = 1.0  # fall of S/σ² below the estimate from which that is not the minimum
 
 
 def profiled(
@@ -38,12 +37,12 @@ def profiled(
     reaches the 97.5 % quantile of Student's t, times `inflation` for correlated residuals. A side
     on which it never does is open.
 
-    If the search for an end cannot continue, because the simulation fails there or the limit is
-    not found, the end is NaN and the verdict `UNDECIDED`; it is also that of a bounded parameter if
-    the correlation of the residuals is `lasting`. A standard error that differs from the
-    interval by a factor of 1.5 or more is replaced by that of the interval. An estimate that is
-    not `usable`, or has scatter from impact to impact, is returned unchanged: the intervals of the
-    latter are integrals over the size of the scatter.
+    If the search for an end cannot continue, because the simulation fails there, a lower minimum
+    appears or the limit is not found, the end is NaN and the verdict `UNDECIDED`; it is also that
+    of a bounded parameter if the correlation of the residuals is `lasting`. A standard error that
+    differs from the interval by a factor of 1.5 or more is replaced by that of the interval. An
+    estimate that is not `usable`, or has scatter from impact to impact, is returned unchanged: the
+    intervals of the latter are integrals over the size of the scatter.
 
     **Arguments:**
 
@@ -65,19 +64,24 @@ def profiled_by(
     local, ranges = _local(estimate), straight(estimate.problem).ranges
     count = len(ranges)
     walks = [_begin(estimate, local, j, side) for j in range(count) for side in (-1, 1)]
+    centres = [local]
+    if any(local.coordinates.fades):
+        faded, rise = _faded(estimate, optimiser, local, search)
+        centres.append(faded)
+        for walk in walks:
+            walk.include(float(faded.values[walk.parameter]), rise)
     for _ in range(_ROUNDS):
         going = [walk for walk in walks if not walk.done]
         if not going:
             break
         held = [walk.next_value() for walk in going]
-        rises = _rises(estimate, optimiser, local, going, held, search)
+        rises = _rises(estimate, optimiser, centres, going, held, search)
         for walk, rise in zip(going, rises, strict=True):
             walk.learn(float(rise))
     below, above = walks[::2], walks[1::2]
     low = np.array([walk.end(each.low) for walk, each in zip(below, ranges, strict=True)])
     high = np.array([walk.end(each.high) for walk, each in zip(above, ranges, strict=True)])
-    ends = np.where(local.coordinates.fades, (high, low), (low, high))
-    low, high = local.coordinates.turned(ends)
+    low, high = local.coordinates.interval(low, high)
     both = [a.bounded and b.bounded for a, b in zip(below, above, strict=True)]
     errors, covariance = _agreeing(estimate, np.where(both, high - low, 0))
     lasting = bool(estimate.lasting)
@@ -106,85 +110,7 @@ def _agreeing(estimate: Estimate[P], widths: np.ndarray) -> tuple[np.ndarray, np
     return errors * ratios, finite
 
 
-@dataclasses.dataclass
-class _Walk:
-    """Search for the end of an interval, outwards from the estimate on one side of one parameter.
-
-    Distances are in standard errors; for a positive parameter whose error exceeds half its value,
-    they are differences of its natural logarithm.
-    """
-
-    parameter: int
-    side: int
-    centre: float
-    unit: float
-    logarithmic: bool
-    farthest: float  # distance to the end of the range
-    limit: float  # rise at the end of the interval
-    inner: tuple[float, float] = (0.0, 0.0)  # distance and rise of a point inside the interval
-    outer: tuple[float, float] | None = None  # distance and rise of a point outside it
-    barrier: float = math.inf  # distance at which the simulation failed
-    distance: float = 0.0
-    follows: bool = True  # the others start at their conditional expectation, not at the estimate
-    done: bool = False
-    bounded: bool = False
-
-    @property
-    def failed(self) -> bool:
-        """True if neither the end was found nor the side shown to be open."""
-        return not self.bounded and self.inner[0] < min(self.farthest, _PLAIN)
-
-    def value(self, distance: float) -> float:
-        """The parameter at a distance."""
-        if self.logarithmic:
-            return self.centre * math.exp(self.side * distance)
-        return self.centre + self.side * distance * self.unit
-
-    def next_value(self) -> float:
-        """The value to hold next: farther out, or between points on both sides of the limit."""
-        if self.outer is None:
-            ahead = _FIRST if self.inner[0] == 0 else _GROWTH * self.inner[0]
-            self.distance = min(ahead, self.farthest)
-            if self.distance >= self.barrier:
-                a, low = self.inner
-                expected = a * self.limit / low if low > 0 else math.inf
-                self.distance = min(expected, (a + self.barrier) / 2)
-        else:
-            (a, low), (b, high) = self.inner, self.outer
-            share = (self.limit - low) / (high - low)
-            self.distance = a + float(np.clip(share, 0.1, 0.9)) * (b - a)
-        return self.value(self.distance)
-
-    def learn(self, rise: float) -> None:
-        """Records the rise at the value that was held; NaN if the simulation failed."""
-        if math.isnan(rise) and self.follows:
-            self.follows = False  # try the same value again: the others may have left their range
-            return
-        if math.isnan(rise) and self.outer is None:
-            self.barrier = self.distance
-            self.done = self.barrier - self.inner[0] < _CLOSE * self.barrier
-            return
-        at_limit = abs(rise - self.limit) < _NEAR * self.limit
-        if rise >= self.limit or at_limit:
-            self.outer, self.bounded = (self.distance, rise), True
-        elif rise < self.limit:
-            self.inner = (self.distance, rise)
-        far = self.distance >= min(self.farthest, _FARTHEST)
-        self.done = at_limit or math.isnan(rise) or (self.outer is None and far)
-
-    def end(self, beyond: float) -> float:
-        """The end of the interval; NaN if it is not known."""
-        if self.failed:
-            return math.nan
-        if not self.bounded:
-            return beyond
-        assert self.outer is not None
-        (a, low), (b, high) = self.inner, self.outer
-        share = (self.limit - low) / (high - low)
-        return self.value(a + share * (b - a))
-
-
-def _verdict(below: _Walk, above: _Walk, lasting: bool) -> Verdict:
+def _verdict(below: Walk, above: Walk, lasting: bool) -> Verdict:
     both = below.bounded and above.bounded
     if below.failed or above.failed or (both and lasting):
         return Verdict.UNDECIDED
@@ -207,7 +133,7 @@ def _local(estimate: Estimate[P]) -> _Local:
     return _Local(own, own.turned(values), covariance)
 
 
-def _begin(estimate: Estimate[P], local: _Local, parameter: int, side: int) -> _Walk:
+def _begin(estimate: Estimate[P], local: _Local, parameter: int, side: int) -> Walk:
     allowed, centre = local.coordinates.ranges[parameter], float(local.values[parameter])
     error = math.sqrt(float(local.covariance[parameter, parameter]))
     error = error if math.isfinite(error) else max(abs(centre), 1e-6)
@@ -216,7 +142,7 @@ def _begin(estimate: Estimate[P], local: _Local, parameter: int, side: int) -> _
     farthest = math.inf if logarithmic else room / error
     limit = float(special.stdtrit(float(estimate.freedom), 0.975))
     limit *= max(float(np.asarray(estimate.inflation)[parameter]), 1.0)
-    walk = _Walk(parameter, side, centre, error, logarithmic, farthest, limit)
+    walk = Walk(parameter, side, centre, error, logarithmic, farthest, limit)
     walk.done = farthest <= 0 or not math.isfinite(float(estimate.rms))
     return walk
 
@@ -224,32 +150,74 @@ def _begin(estimate: Estimate[P], local: _Local, parameter: int, side: int) -> _
 def _rises(
     estimate: Estimate[P],
     optimiser: LevenbergMarquardt,
-    local: _Local,
-    walks: list[_Walk],
+    centres: Sequence[_Local],
+    walks: list[Walk],
     held: list[float],
     search: Search,
 ) -> np.ndarray:
-    """√((S − S_min)/σ²) at each held value, with the sum of squares S of the refit."""
-    starts = np.array([_start(local, w, v) for w, v in zip(walks, held, strict=True)])
-    active = np.ones(starts.shape, bool)
-    active[np.arange(len(walks)), [walk.parameter for walk in walks]] = False
-    # Refits start near the optimum, so every horizon is the full record; their usual number is kept
-    # to reuse the compiled program.
+    """√((S − S_min)/σ²) at each held value, with the lowest sum of squares S of the refits that
+    begin around each centre.
+    """
+    problem = estimate.problem.padded()
+    each = [(local, *pair) for local in centres for pair in zip(walks, held, strict=True)]
+    starts = np.array([local.coordinates.turned(_start(local, w, v)) for local, w, v in each])
+    lowest, highest, _ = np.transpose(problem.limits())
+    places = np.clip(problem.coordinates(starts), lowest, highest)
+    active = np.ones(places.shape, bool)
+    active[np.arange(len(each)), [walk.parameter for _, walk, _ in each]] = False
+    minima = _refits(estimate, optimiser, places, active, search)
+    rises = _rise(estimate, np.asarray(minima.cost)).reshape(len(centres), len(walks))
+    known = np.where(np.isnan(rises), np.inf, rises).min(axis=0)
+    return np.where(np.isinf(known), np.nan, known)
+
+
+def _faded(
+    estimate: Estimate[P], optimiser: LevenbergMarquardt, local: _Local, search: Search
+) -> tuple[_Local, float]:
+    """The minimum where the effects of parameters that fade have vanished, and its rise. It may be
+    another one than the estimate.
+    """
+    problem, fades = estimate.problem.padded(), np.array(local.coordinates.fades)
+    lowest = np.array([each.low for each in problem.limits()])
+    start = np.where(fades, lowest, problem.coordinates(np.asarray(estimate.values)))
+    minima = _refits(estimate, optimiser, start[None], ~fades[None], search)
+    values = local.coordinates.turned(np.asarray(problem.at(np.asarray(minima.u[0]))))
+    slopes = np.where(fades, 0.0, np.asarray(estimate.jacobian))
+    there = _Local(local.coordinates, values, np.linalg.pinv(slopes.T @ slopes, hermitian=True))
+    return there, float(_rise(estimate, np.asarray(minima.cost))[0])
+
+
+def _refits(
+    estimate: Estimate[P],
+    optimiser: LevenbergMarquardt,
+    places: np.ndarray,
+    active: np.ndarray,
+    search: Search,
+) -> Minimum:
+    """Minima of searches from some places, in which some parameters are held.
+
+    They start near the optimum, so every horizon is the full record; their usual number is kept to
+    reuse the compiled program.
+    """
     problem = estimate.problem.padded()
     whole = np.tile(np.asarray(problem.valid), (len(optimiser.horizons), 1))
-    lowest, highest, _ = np.transpose(problem.limits())
-    places = np.clip(problem.coordinates(local.coordinates.turned(starts)), lowest, highest)
-    minima = search.minima(problem, optimiser, Searches(places, active, whole))
-    squares = 2 * minima.cost
+    return search.minima(problem, optimiser, Searches(places, active, whole))
+
+
+def _rise(estimate: Estimate[P], costs: np.ndarray) -> np.ndarray:
+    """√((S − S_min)/σ²) for some costs S/2; NaN if one is not finite, or is lower than that of the
+    estimate.
+    """
     n = int(estimate.problem.observations)
     best = 2 * float(np.nanmin(estimate.start_costs))
     known = estimate.problem.variance()
     variance = best / (n - len(estimate.names)) if known is None else float(known)
-    excess = (squares - best) / variance
-    return np.sqrt(np.maximum(np.where(np.isfinite(excess), excess, np.nan), 0))
+    excess = (2 * costs - best) / variance
+    excess = np.where(np.isfinite(excess) & (excess > -_LOWER), excess, np.nan)
+    return np.sqrt(np.maximum(excess, 0))
 
 
-def _start(local: _Local, walk: _Walk, value: float) -> np.ndarray:
+def _start(local: _Local, walk: Walk, value: float) -> np.ndarray:
     """Start of a refit: the expectation of the other parameters, given the held one,
     p + C eⱼ (v − pⱼ) / Cⱼⱼ with the covariance C; clipped to their ranges.
     """
@@ -257,7 +225,8 @@ def _start(local: _Local, walk: _Walk, value: float) -> np.ndarray:
     together = local.covariance[:, walk.parameter]
     variance = together[walk.parameter]
     known = walk.follows and 0 < variance < math.inf
-    start = values + (together / variance * (value - walk.centre) if known else 0.0)
+    away = value - values[walk.parameter]
+    start = values + (together / variance * away if known else 0.0)
     nearest = [1e-3 if allowed.excludes_low else 0.0 for allowed in ranges]
     lowest = [
         allowed.low + near * (value - allowed.low) if near else allowed.low

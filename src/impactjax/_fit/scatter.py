@@ -15,7 +15,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Bool, Float
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.mixed_model import (
@@ -27,7 +27,7 @@ from impactjax._fit.mixed_model import (
 )
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.search import Search
-from impactjax._fit.straight import Straight, straight
+from impactjax._fit.straight import straight
 from impactjax._fit.uncertainty import verdicts, within_ranges
 from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
@@ -219,15 +219,6 @@ def _found(problem: Problem, values: Vector, logs: Effects, point: _Around, rows
     )
 
 
-def _ends(axes: Straight, found: _Found) -> Float[Array, "2 parameters"]:
-    """Ends of the intervals of the values; a coordinate of zero is an infinite value."""
-    low = jnp.where(jnp.array(axes.fades), jnp.maximum(found.low, 0.0), found.low)
-    ends = jnp.where(
-        jnp.array(axes.fades), jnp.stack([found.high, low]), jnp.stack([low, found.high])
-    )
-    return axes.turned(ends)
-
-
 def _ratio(errors: Vector, before: Vector) -> Vector:
     """Ratio of errors; 1 where one of them is infinite."""
     both = jnp.isfinite(errors) & jnp.isfinite(before) & (before > 0)
@@ -249,7 +240,7 @@ def _estimate(
     usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = problem.noise.lasts(residuals, n)
     axes = straight(problem)
-    values, (low, high) = axes.turned(found.values), _ends(axes, found)
+    values, (low, high) = axes.turned(found.values), axes.interval(found.low, found.high)
     slopes = axes.slopes(values)
     interval = within_ranges(problem, low, high)
     infinite = jnp.diag(jnp.where(found.determined, 0.0, jnp.inf))

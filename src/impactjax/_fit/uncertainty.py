@@ -16,6 +16,7 @@ from scipy import special
 
 from impactjax._fit.determined import determined
 from impactjax._fit.estimate import Estimate, P
+from impactjax._fit.straight import straight
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.minimiser import Minimum
 from impactjax._outcome import Outcome
@@ -33,7 +34,7 @@ def summarise(problem: P, minimum: Minimum, start_costs: Array) -> Estimate[P]:
     - covariance: B cov(Bᵀ Jᵀ e) Bᵀ with H⁻¹ = B Bᵀ; infinite for a parameter that may change, with
       others or alone, without a change of the residuals
     - interval: value ± t · error, with the 97.5 % quantile t of Student's distribution, cut off at
-      the range
+      the range; of a parameter that fades, that of its inverse
     - log-likelihood: −(n log(2π s²) + S/s²)/2 with s² = S/n, or the known variance
     - AIC = 2k − 2 log L, BIC = k log n − 2 log L; k counts parameters and unknown noise variances
     """
@@ -56,8 +57,10 @@ def summarise(problem: P, minimum: Minimum, start_costs: Array) -> Estimate[P]:
     covariance = half @ spread @ half.T + infinite
     plain = variance * jnp.sum(half**2, axis=1)
     errors = jnp.sqrt(jnp.diagonal(covariance))
-    half_width = _quantile(freedom, residuals.shape[0]) * errors
-    interval = within_ranges(problem, values - half_width, values + half_width)
+    axes = straight(problem)
+    places, slopes = axes.turned(values), jnp.abs(axes.slopes(values))
+    half_width = _quantile(freedom, residuals.shape[0]) * errors / slopes
+    interval = within_ranges(problem, *axes.interval(places - half_width, places + half_width))
     size = squares / n if known is None else known
     simulated = jnp.isfinite(squares)
     outcome = jnp.where(count > p, minimum.outcome, Outcome.TOO_FEW_OBSERVATIONS)

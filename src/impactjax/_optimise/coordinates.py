@@ -49,7 +49,7 @@ def to_value(allowed: Range, u: Coordinate) -> Value:
     """The value at a coordinate."""
     xp, low, high = namespace(u), allowed.low, allowed.high
     if allowed.fades:
-        return 1 / u
+        return xp.clip(1 / u, low, high)  # rounding could leave the range
     if math.isfinite(low) == math.isfinite(high):
         return u
     if allowed.excludes_low:
