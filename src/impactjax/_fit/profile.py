@@ -183,7 +183,11 @@ def _faded(
     minima = _refits(estimate, optimiser, start[None], ~fades[None], search)
     values = local.coordinates.turned(np.asarray(problem.at(np.asarray(minima.u[0]))))
     slopes = np.where(fades, 0.0, np.asarray(estimate.jacobian))
-    there = _Local(local.coordinates, values, np.linalg.pinv(slopes.T @ slopes, hermitian=True))
+    norms = np.linalg.norm(slopes, axis=0)
+    sizes = np.where(norms > 0, norms, 1.0)
+    scaled = slopes / sizes
+    covariance = np.linalg.pinv(scaled.T @ scaled, hermitian=True) / np.outer(sizes, sizes)
+    there = _Local(local.coordinates, values, covariance)
     return there, float(_rise(estimate, np.asarray(minima.cost))[0])
 
 
