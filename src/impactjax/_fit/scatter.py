@@ -27,7 +27,7 @@ from impactjax._fit.mixed_model import (
 )
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.search import Search
-from impactjax._fit.straight import straight
+from impactjax._fit.straight import Straight, straight
 from impactjax._fit.uncertainty import verdicts, within_ranges
 from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
@@ -40,10 +40,12 @@ _ROUNDS = 4  # linearisations
 _SHARES = (1.0, 0.5, 0.1, 0.01)  # of a linearisation, tried in turn
 _SETTLED = 0.1  # move of a value by the last linearisation, relative to its error
 _ROUNDING = 1e-8  # move that a simulation cannot resolve, relative to the value
+_CLEARLY = 2.0  # distance from no effect, in errors, at which a parameter that fades is fitted
 _CERTAIN = 1e8  # degrees of freedom that stand for a known variance
 _LOST = 1e-10  # relative singular value of a direction without information
 
 Vector = Float[AnyArray, " parameters"]
+Mask = Bool[AnyArray, " parameters"]
 Effects = Float[AnyArray, " impacts"]
 
 
@@ -72,6 +74,8 @@ def with_scatter(
     traced = not is_known((problem, estimate.values))
     axes = straight(problem)
     values = axes.turned(estimate.values if traced else known(estimate.values))
+    errors = estimate.standard_errors if traced else known(estimate.standard_errors)
+    held = _held(axes, values, errors)
     logs = namespace(values).zeros(_impacts(problem, estimate), values.dtype)
     parts, yes = jnp.asarray(problem.parts(optimiser.horizons)), jnp.ones((), bool)
 
@@ -81,7 +85,7 @@ def with_scatter(
         answer = search.evaluate(scattered, u, parts, yes).answer
         assert answer.jacobian is not None
         assert answer.effects is not None
-        jacobian = answer.jacobian * axes.slopes(own)
+        jacobian = namespace(values).where(held, 0.0, answer.jacobian * axes.slopes(own))
         point = _Around(answer.residuals, jacobian, answer.effects, answer.impacts)
         return point if traced else known(point)
 
@@ -98,6 +102,14 @@ def with_scatter(
     found = _found(problem, values, logs, point, own.valid.shape[-1])
     longer = dataclasses.replace(estimate, problem=problem, scatter=None)
     return _estimate(longer, problem, *jax.tree.map(jnp.asarray, (found, point))).of(own)
+
+
+def _held(axes: Straight, values: Vector, errors: Vector) -> Mask:
+    """Mask of the parameters that fade and may have no effect: the residuals are not linear in
+    them, so that they keep their values. The errors are those of the parameters themselves.
+    """
+    own = errors / abs(axes.slopes(axes.turned(values)))
+    return namespace(values).asarray(axes.fades) & ~(values > _CLEARLY * own)
 
 
 def _exists(point: _Around) -> bool:
