@@ -10,6 +10,7 @@ from impactjax._compare.enlarge import enlarged
 from impactjax._compare.fit_models import Each, Progress, Settings, fit_models, ranked
 from impactjax._compare.holdout import check_holdout, fitted_part, prediction
 from impactjax._compare.prepare import Prepared
+from impactjax._compare.scattering import explains_more, scattering
 from impactjax._fit.fit import check_search
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
@@ -37,7 +38,10 @@ def compare(
     for (`left_out`), and its experiment does not list it in `fixed`, all models are fitted again
     with it, and a note says so; likewise with dry friction, where `prepare` found that nobody
     decided about it, if it lowers the criterion by 10 or more, and more than those parameters do.
-    If it lowers it by less, the best model is ranked with and without friction.
+    If it lowers it by less, the best model is ranked with and without friction. Scatter of
+    restitution from impact to impact is fitted to all models whose experiment says nothing about it
+    if it lowers the criterion of the best one at all, so that the intervals allow for it; a change
+    that it explains better is not made.
 
     **Arguments:**
 
@@ -74,10 +78,12 @@ def compare_by(
     fits, said = fit_models(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
         change = enlarged(own, fits, may_rub, settings)
-        if change is None:
+        if change is None or not explains_more(fits, change.fits, own, search):
             break
         own, fits, sentence = change
         said.append(sentence)
+    fits, on_scatter = scattering(fits, own, settings) if fits else (fits, [])
+    said += on_scatter
     fits = dict(zip(fits, each(settings.with_intervals, fits.values()), strict=True))
     if holdout > 0:
         whole = next(iter(given.values())).recording

@@ -119,4 +119,4 @@ def _estimated(
     starts, optimiser, search = settings.starts, settings.optimiser, settings.search
     beside = problem.coordinates(np.stack(cases)) if cases else None
     found = best_from(problem, starts.lanes(problem), optimiser, search, beside)
-    return scattered(found, optimiser, search)
+    return scattered(found, search)

@@ -57,7 +57,7 @@ def prediction(
     unseen = np.asarray(recording.valid) & ~np.asarray(estimate.problem.valid)
     problem = eqx.tree_at(lambda each: each.recording, estimate.problem, recording).padded()
     if estimate.scatter is not None:
-        problem = problem.scattered(jnp.exp(jnp.asarray(estimate.scatter.logarithms)))
+        problem = problem.scattered(jnp.asarray(estimate.scatter.logarithms))
     u, parts = problem.coordinates(np.asarray(estimate.values)), problem.parts(optimiser.horizons)
     found = search.evaluate(problem, jnp.asarray(u), jnp.asarray(parts), jnp.zeros((), bool))
     left = np.asarray(found.answer.residuals)[: len(unseen)][unseen]

@@ -24,7 +24,7 @@ def differences(estimates: Sequence[Estimate[Problem]]) -> list[float]:
     if not converged:
         return [np.nan] * len(estimates)
     reference = min(converged, key=lambda each: float(each.aic))
-    n = independent_observations(reference)
+    n = reference.independent_observations
     share = n / int(reference.problem.observations)
     values = np.array([_criterion(each, n, share) for each in estimates])
     exist = np.isfinite(values)
@@ -57,17 +57,12 @@ def best_first(estimates: Sequence[Estimate[Problem]]) -> list[int]:
     return sorted(range(len(estimates)), key=place)
 
 
-def independent_observations(estimate: Estimate[Problem]) -> float:
-    """Effective sample size of a fit: degrees of freedom plus parameters, at most all
-    observations.
-    """
-    n = float(estimate.problem.observations)
-    return min(float(estimate.freedom) + len(estimate.names), n)
-
-
 def parameters_found(estimate: Estimate[Problem]) -> int:
-    """Number of parameters and unknown noise variances that a fit estimates."""
-    return len(estimate.names) + estimate.problem.sizes_found
+    """Number of parameters, of unknown noise variances and of sizes of scatter that a fit
+    estimates.
+    """
+    sizes = estimate.problem.sizes_found + int(estimate.scatter is not None)
+    return len(estimate.names) + sizes
 
 
 def _criterion(estimate: Estimate[Problem], n: float, share: float) -> float:

@@ -96,7 +96,10 @@ class Estimate(eqx.Module, Generic[P]):
             return self
         rows = known((self.residuals, self.jacobian))
         residuals, jacobian = (jnp.asarray(x[:count]) for x in rows)
-        return dataclasses.replace(self, problem=problem, residuals=residuals, jacobian=jacobian)
+        own = dataclasses.replace(self, problem=problem, residuals=residuals, jacobian=jacobian)
+        if self.scatter is None:
+            return own
+        return dataclasses.replace(own, scatter=self.scatter.shortened(count))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -137,6 +140,14 @@ class Estimate(eqx.Module, Generic[P]):
         if float(self.misfit) > 0:
             return f"misses the record: {100 * float(self.misfit):.0f} % of its motion is left"
         return "converged"
+
+    @property
+    def independent_observations(self) -> float:
+        """Effective sample size of a single fit: degrees of freedom plus parameters, at most all
+        observations.
+        """
+        self.check_single()
+        return min(float(self.freedom) + len(self.names), float(self.problem.observations))
 
     @property
     def correlation(self) -> Float[AnyArray, "... parameters parameters"]:

@@ -65,7 +65,7 @@ def solve(
 ) -> Estimate[Problem]:
     """The estimate of the best of several searches."""
     found = best_from(problem, starts.lanes(problem), optimiser, search)
-    return scattered(found, optimiser, search)
+    return scattered(found, search)
 
 
 def best_from(
@@ -125,12 +125,10 @@ def _roughly(optimiser: LevenbergMarquardt) -> LevenbergMarquardt:
     return dataclasses.replace(optimiser, reduction=max(optimiser.reduction, _ROUGH))
 
 
-def scattered(
-    estimate: Estimate[Problem], optimiser: LevenbergMarquardt, search: Search
-) -> Estimate[Problem]:
+def scattered(estimate: Estimate[Problem], search: Search) -> Estimate[Problem]:
     """The estimate, with scatter from impact to impact if its problem has it."""
     scatters = estimate.problem.scatter.scatters
-    return with_scatter(estimate, optimiser, search) if scatters else estimate
+    return with_scatter(estimate, search) if scatters else estimate
 
 
 def _with_last(x: AnyArray, last: AnyArray) -> AnyArray:

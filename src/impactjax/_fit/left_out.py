@@ -15,6 +15,7 @@ from impactjax._fit.estimate import Estimate
 from impactjax._fit.evaluation import Evaluate
 from impactjax._fit.filtered import filtered_records
 from impactjax._fit.fit import best_from
+from impactjax._fit.scatter_test import as_held, assuming_scatter, scatter_test
 from impactjax._fit.score_test import (
     Around,
     Candidate,
@@ -42,10 +43,11 @@ _CHANGE = 1e-5  # change of the record by the final step, relative to its span
 def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
     """The parameters that a fit held at a value, those first that would lower AIC the most.
 
-    They are the gap of each stop, drag and dry friction of an oscillator that has them, and the
-    parameters of the sensor, if they were neither fitted nor tied. Those that the fitted parameters
-    can replace are left out. The cutoff of a low-pass that the sensor does not have is among them
-    if the record looks filtered.
+    They are the gap of each stop, drag and dry friction of an oscillator that has them, the
+    parameters of the sensor, if they were neither fitted nor tied, and `scatter` of the speed after
+    an impact from impact to impact, if two impacts or more were fitted by least squares. Those that
+    the fitted parameters can replace are left out, and scatter that would not lower AIC. The cutoff
+    of a low-pass that the sensor does not have is among them if the record looks filtered.
 
     **Arguments:**
 
@@ -56,8 +58,10 @@ def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
     """
     _check_no_scatter(estimate)
     candidates = _candidates(estimate, Search().evaluate)
-    tests = _tests(estimate, linearised(estimate), candidates)
-    return tuple(sorted((held for held, _ in tests), key=lambda held: -held.gain))
+    tests = [held for held, _ in _tests(estimate, linearised(estimate), candidates)]
+    scatter = scatter_test(estimate)
+    found = tests if scatter is None else [*tests, scatter]
+    return tuple(sorted(found, key=lambda held: -held.gain))
 
 
 def with_left_out(
@@ -70,12 +74,13 @@ def with_left_out(
 
     Of the parameters that `left_out` calls needed the most needed one is freed, then the most
     needed one beside it, until none is left; then the fit is repeated, from the old values. The
-    new estimate is kept if its AIC is lower.
+    new estimate is kept if its AIC is lower. At the end, scatter from impact to impact is fitted if
+    that is needed.
 
     **Arguments:**
 
     - `estimate`: estimate of a single fit.
-    - `fixed`: names of parameters that are known, and are not to be freed.
+    - `fixed`: names of parameters that are known, and are not to be freed; `"scatter"` for none.
     - `optimiser`: settings of the search.
 
     **Raises** `ValueError` as `left_out` does.
@@ -84,13 +89,15 @@ def with_left_out(
     for _ in range(_ROUNDS):
         found = needed(estimate, fixed)
         if not found:
-            return estimate
+            break
         problem = _freed(estimate, found)
         more = best_from(problem, Starts(1).lanes(problem), optimiser)
         if not (bool(more.converged) and float(more.aic) < float(estimate.aic)):
-            return estimate
+            break
         estimate = more
-    return estimate
+    scattering = None if "scatter" in fixed else assuming_scatter(estimate)
+    clear = scattering is not None and as_held(estimate, scattering).is_needed
+    return scattering if scattering is not None and clear else estimate
 
 
 def _check_no_scatter(estimate: Estimate[Problem]) -> None:

@@ -95,6 +95,12 @@ class MixedModel(NamedTuple):
         return xp.exp(self.weights @ xp.log(self.ratios))
 
     @property
+    def expected_size(self) -> Number:
+        """Root mean square of the size s of the random effects."""
+        xp = namespace(self.ratios)
+        return xp.sqrt(self.weights @ (self.ratios * self.squares) / self.freedom)
+
+    @property
     def covariance(self) -> Float[AnyArray, "parameters parameters"]:
         """Scale matrices averaged over the ratios, plus the covariance of the estimates."""
         xp, away = namespace(self.values), self.values - self.value

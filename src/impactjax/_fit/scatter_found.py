@@ -32,6 +32,10 @@ class Scatter(eqx.Module):
         reach = namespace(self.size).exp(_NORMAL * self.size)
         return 1 / reach, reach
 
+    def shortened(self, count: int) -> "Scatter":
+        """The scatter with the first rows of the derivatives."""
+        return eqx.tree_at(lambda each: each.jacobian, self, self.jacobian[:count])
+
     def __str__(self) -> str:
         size, low, high = (100 * float(x) for x in (self.size, self.low, self.high))
         digits = max(1 - math.floor(math.log10(high)), 0) if high > 0 else 1

@@ -35,7 +35,7 @@ class Answer(NamedTuple):
     residuals: Residuals  # simulated minus recorded, in the recording's SI unit; 0 if not valid
     impacts: ImpactLog  # zeros if it was not asked for
     jacobian: Float[Array, "observations parameters"] | None = None  # if it was asked for
-    effects: Float[Array, "observations impacts"] | None = None  # if impacts have factors
+    effect: Residuals | None = None  # derivative along the problem's direction, if it has one
 
 
 class Assumed(NamedTuple):
@@ -76,8 +76,8 @@ class AbstractProblem(eqx.Module):
 
     @abc.abstractmethod
     def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
-        """Residuals and their Jacobian, with parameters in their natural units; if impacts have
-        factors, also the derivatives by the logarithms of those.
+        """Residuals and their Jacobian, with parameters in their natural units; if the problem has
+        a direction of the factors' logarithms, also the derivative along it.
 
         The impact log is computed if `logged` is `None` or true when the program runs.
         """

@@ -1,8 +1,5 @@
 """Conversion of an experiment to its least-squares problem."""
 
-import dataclasses
-
-import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
@@ -56,10 +53,6 @@ def pose(experiment: Experiment) -> Problem:
             f"The recording has {count} observations, too few for {len(names)} parameters "
             f"({', '.join(names)}); fix some of them."
         )
-    scatter = _scatter(experiment, count, len(names))
-    if scatter.scatters and recording.observes_impacts:
-        factors = jnp.ones(recording.valid.shape[0] - 1)
-        system = dataclasses.replace(system, factors=factors)
     return Problem(
         system=system,
         recording=recording,
@@ -69,7 +62,7 @@ def pose(experiment: Experiment) -> Problem:
         noise=experiment.noise,
         ties=experiment.ties,
         bounds=experiment.bounds,
-        scatter=scatter,
+        scatter=_scatter(experiment, count, len(names)),
     )
 
 
@@ -81,4 +74,7 @@ def _scatter(experiment: Experiment, count: int, parameters: int) -> AbstractSca
         return NormalScatter() if enough and plain else NoScatter()
     if wanted.scatters and not plain:
         raise ValueError("A fit with scatter has the loss `Squares()`: leave out one of them.")
+    model = experiment.model
+    if wanted.scatters and model.lower is None and model.upper is None:
+        raise ValueError("Scatter from impact to impact needs a stop, and the model has none.")
     return wanted

@@ -33,6 +33,8 @@ class Problem(AbstractProblem):
     - `ties`: parameters that follow from the others, by name.
     - `scatter`: distribution of the speed after each impact.
     - `bounds`: limits of parameters, narrower than their own range, by name.
+    - `direction`: direction in which the logarithms of the factors after the impacts change, one
+      number for each impact; `None` if the answer has no derivative along it.
     """
 
     system: System
@@ -44,6 +46,7 @@ class Problem(AbstractProblem):
     ties: tuple[tuple[str, Tie], ...] = eqx.field(static=True, default=())
     bounds: tuple[tuple[str, tuple[float, float]], ...] = eqx.field(static=True, default=())
     scatter: AbstractScatter = NoScatter()
+    direction: Factors | None = None
 
     def __check_init__(self) -> None:
         if not self.names:
@@ -81,16 +84,30 @@ class Problem(AbstractProblem):
         return misfit(self.recording, residuals)
 
     def padded(self) -> "Problem":
-        recording, factors = self.recording.padded(padded_size(self.valid.shape[-1])), None
-        if self.system.factors is not None:
-            more = recording.valid.shape[-1] - self.valid.shape[-1]
-            factors = jnp.pad(self.system.factors, (0, more), constant_values=1.0)
-        system = dataclasses.replace(self.system, factors=factors)
-        return dataclasses.replace(self, recording=recording, system=system)
+        recording = self.recording.padded(padded_size(self.valid.shape[-1]))
+        longer = dataclasses.replace(self, recording=recording)
+        none = jnp.zeros(longer.impacts, self.start.dtype)
+        return longer.scattered(none) if self.has_stop else longer
 
-    def scattered(self, factors: Factors) -> "Problem":
-        """The problem with a factor on the speed after each impact."""
-        return dataclasses.replace(self, system=dataclasses.replace(self.system, factors=factors))
+    @property
+    def has_stop(self) -> bool:
+        """True if the model has a stop."""
+        return self.system.model.lower is not None or self.system.model.upper is not None
+
+    @property
+    def impacts(self) -> int:
+        """Number of impacts that may have a factor."""
+        if self.recording.observes_impacts:
+            return self.valid.shape[-1] - 1
+        return self.simulation.max_impacts
+
+    def scattered(self, logarithms: Factors, direction: Factors | None = None) -> "Problem":
+        """The problem with a factor on the speed after each impact, given by its logarithm. Its
+        answer has the derivative of the residuals along a direction of the logarithms.
+        """
+        system = dataclasses.replace(self.system, factors=jnp.exp(logarithms))
+        direction = jnp.zeros_like(logarithms) if direction is None else direction
+        return dataclasses.replace(self, system=system, direction=direction)
 
     @property
     def log_units(self) -> Scalar:
@@ -122,16 +139,20 @@ class Problem(AbstractProblem):
         return self.simulated(self.system_with(values)).residuals
 
     def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
-        factors = self.system.factors
+        factors, direction = self.system.factors, self.direction
 
-        def residuals(values: Vector, factors: Factors | None) -> tuple[Residuals, Answer]:
-            system = dataclasses.replace(self.system_with(values), factors=factors)
+        def residuals(values: Vector, along: Scalar) -> tuple[Residuals, Answer]:
+            system = self.system_with(values)
+            if factors is not None and direction is not None:
+                changed = factors * jnp.exp(along * direction)
+                system = dataclasses.replace(system, factors=changed)
             answer = self.simulated(system, logged)
             return answer.residuals, answer
 
-        if factors is None:
-            jacobian, answer = jax.jacfwd(residuals, has_aux=True)(values, None)
+        nowhere = jnp.zeros((), values.dtype)
+        if direction is None:
+            jacobian, answer = jax.jacfwd(residuals, has_aux=True)(values, nowhere)
             return answer._replace(jacobian=jacobian)
         derivatives = jax.jacfwd(residuals, argnums=(0, 1), has_aux=True)
-        (jacobian, slopes), answer = derivatives(values, factors)
-        return answer._replace(jacobian=jacobian, effects=slopes * factors)
+        (jacobian, effect), answer = derivatives(values, nowhere)
+        return answer._replace(jacobian=jacobian, effect=effect)

@@ -13,6 +13,7 @@ from impactjax._fit.scatter_found import Scatter
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
+from impactjax._problem.scatter import NormalScatter, NoScatter
 from impactjax._simulate.impact_log import ImpactLog
 
 _LOG, _SCATTER = "impacts.", "scatter."
@@ -46,7 +47,10 @@ def load(path: str | Path, experiment: Experiment) -> Estimate[Problem]:
     - `path`: path of the file.
     - `experiment`: experiment that was fitted.
 
-    **Raises** `ValueError` for a file with other parameters, or of another recording.
+    Scatter from impact to impact is part of it if the file has it: a comparison may have added it.
+
+    **Raises** `ValueError` for a file with other parameters, of another recording, or with scatter
+    where the experiment excludes it, or without where the experiment has it.
     """
     problem = build_problem(experiment)
     with np.load(Path(path), allow_pickle=False) as file:
@@ -59,10 +63,16 @@ def load(path: str | Path, experiment: Experiment) -> Estimate[Problem]:
         numbers = {name: jnp.asarray(file[name]) for name in _numbers()}
         log = ImpactLog(**{name: jnp.asarray(file[_LOG + name]) for name in _columns(ImpactLog)})
         scatter = None
-        if problem.scatter.scatters:
+        if _SCATTER + "size" in file:
             scatter = Scatter(
                 **{name: jnp.asarray(file[_SCATTER + name]) for name in _columns(Scatter)}
             )
+        if experiment.scatter is not None and problem.scatter.scatters != (scatter is not None):
+            has = "no scatter" if scatter is None else "scatter"
+            raise ValueError(f"{path} has {has} from impact to impact, unlike the experiment.")
+        problem = dataclasses.replace(
+            problem, scatter=NoScatter() if scatter is None else NormalScatter()
+        )
         for name, own in _recorded(problem).items():
             if not np.array_equal(file[name], own, equal_nan=True):
                 raise ValueError(f"{path} is of another recording than that of the experiment.")

@@ -9,7 +9,6 @@ from impactjax._compare.prepare import WITH_DRY_FRICTION, WITHOUT_PULL
 from impactjax._compare.ranking import (
     CLEAR,
     differences,
-    independent_observations,
     parameters_found,
 )
 from impactjax._fit.estimate import Estimate
@@ -163,7 +162,7 @@ def _describes_nothing(fits: Sequence[Fitted]) -> bool:
 def _too_few(estimates: Sequence[Estimate[Problem]], purpose: str) -> str:
     """Sentence for a record that is too short for Akaike's criterion."""
     converged = [each for each in estimates if bool(each.converged)]
-    n = independent_observations(min(converged, key=lambda each: float(each.aic)))
+    n = min(converged, key=lambda each: float(each.aic)).independent_observations
     most = max(parameters_found(each) for each in converged)
     return (
         f"The record is too short to {purpose}: its effective sample size is {math.floor(n)}, and "
@@ -229,7 +228,10 @@ def _scatter(estimate: Estimate[Problem]) -> list[str]:
     low, high = (float(factor) for factor in scatter.single)
     size = str(scatter).removeprefix("scatter from impact to impact: ")
     if float(scatter.low) == 0:
-        return [f"The record shows no scatter of restitution from impact to impact: it is {size}."]
+        return [
+            "The record does not tell whether restitution scatters from impact to impact: if it "
+            f"does, then by {size}."
+        ]
     return [
         f"Restitution scatters from impact to impact by {size}: 95 % of single impacts have "
         f"{low:.3f} to {high:.3f} times the restitution of the law."

@@ -1,0 +1,201 @@
+"""Linear model of the residuals around a point, and the step to the solution of its mixed model.
+
+It is linear in the parameters and in the logarithms uᵢ = s ξᵢ of the factors of the impacts. The
+derivatives by these are directional ones, an evaluation for each impact, so that the program of the
+search serves.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float
+
+from impactjax._fit.evaluation import Evaluate
+from impactjax._fit.mixed_model import MixedModel, OwnNoise, mixed_model
+from impactjax._fit.straight import straight
+from impactjax._known import AnyArray, is_known, known, namespace
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._problem.abstract_problem import Answer
+from impactjax._problem.problem import Problem
+from impactjax._simulate.impact_log import ImpactLog
+
+_CERTAIN = 1e8  # degrees of freedom that stand for a known variance
+_LOST = 1e-10  # relative singular value of a direction without information
+_ENDS = 3  # times that parameters which leave their range are stopped at its end
+_INSIDE = 1e-12  # distance from an end that a range excludes
+
+Vector = Float[AnyArray, " parameters"]
+Mask = Bool[AnyArray, " parameters"]
+Effects = Float[AnyArray, " impacts"]
+Direction = Float[AnyArray, " capacity"]  # of all impacts that may have a factor
+
+
+class Around(NamedTuple):
+    """Residuals around a point: simulated minus recorded, and their derivatives.
+
+    - `residuals`, `impacts`: at the point.
+    - `jacobian`: derivatives by straight coordinates of the parameters.
+    - `effects`: derivatives by the logarithms of the factors.
+    """
+
+    residuals: Float[AnyArray, " observations"]
+    jacobian: Float[AnyArray, "observations parameters"]
+    effects: Float[AnyArray, "observations impacts"]
+    impacts: ImpactLog
+
+    def exists(self) -> bool:
+        """True if all numbers are finite."""
+        numbers = self.residuals, self.jacobian, self.effects
+        return all(bool(np.all(np.isfinite(np.asarray(each)))) for each in numbers)
+
+    def without(self, held: Mask) -> "Around":
+        """The model in which some parameters do not change."""
+        xp = namespace(self.jacobian)
+        return self._replace(jacobian=xp.where(held, 0.0, self.jacobian))
+
+
+def around(problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate) -> Around:
+    """The linear model around straight coordinates of the parameters and some logarithms.
+
+    If all numbers are known, `evaluate` runs once for each impact that happens.
+    """
+    axes, count = straight(problem), logs.shape[0]
+    own = axes.turned(values)
+    directions = jnp.eye(problem.impacts, count, dtype=values.dtype).T
+
+    def at(direction: Direction) -> tuple[AnyArray, AnyArray, AnyArray, ImpactLog]:
+        answer = _answer(problem, values, logs, direction, evaluate)
+        assert answer.jacobian is not None
+        assert answer.effect is not None
+        return answer.residuals, answer.jacobian, answer.effect, answer.impacts
+
+    if not is_known((problem, values)):
+        residuals, jacobian, effects, impacts = jax.lax.map(at, directions)
+        residuals, jacobian, impacts = jax.tree.map(lambda x: x[0], (residuals, jacobian, impacts))
+        return Around(residuals, jacobian * axes.slopes(own), effects.T, impacts)
+    residuals, jacobian, effect, impacts = known(at(directions[0]))
+    happen = max(min(int(impacts.count), count), 1)
+    others = [at(directions[i])[2] for i in range(1, happen)]  # dispatched before the first is read
+    none = [np.zeros_like(effect)] * (count - happen)
+    effects = np.stack([effect, *known(others), *none], axis=1)
+    return Around(residuals, jacobian * axes.slopes(own), effects, impacts)
+
+
+def residuals_at(
+    problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate
+) -> Float[AnyArray, " observations"]:
+    """The residuals at straight coordinates of the parameters and some logarithms."""
+    nowhere = jnp.zeros(problem.impacts, values.dtype)
+    return known(_answer(problem, values, logs, nowhere, evaluate).residuals)
+
+
+def _answer(
+    problem: Problem, values: Vector, logs: Effects, direction: Direction, evaluate: Evaluate
+) -> Answer:
+    u = jnp.asarray(problem.coordinates(straight(problem).turned(values)))
+    longer = jnp.pad(jnp.asarray(logs), (0, problem.impacts - logs.shape[0]))
+    parts = jnp.asarray(problem.parts(LevenbergMarquardt().horizons))
+    scattered = problem.scattered(longer, direction)
+    return evaluate(scattered, u, parts, jnp.ones((), bool)).answer
+
+
+class Step(NamedTuple):
+    """Solution of the mixed model around a point.
+
+    - `model`: the solution, in changes of the parameters.
+    - `move`: change of the parameters.
+    - `effects`: new logarithms of the factors.
+    - `stopped`: mask of the parameters that stop at an end of their range.
+    - `unlimited`: the solution without ranges.
+    """
+
+    model: MixedModel
+    move: Vector
+    effects: Effects
+    stopped: Mask
+    unlimited: MixedModel
+
+
+def step_from(problem: Problem, point: Around, values: Vector, logs: Effects) -> Step:
+    """The step to the solution of the mixed model around a point. Parameters that would leave their
+    range stop at its end, and the others follow.
+    """
+    xp, (low, high) = namespace(values), _ends(problem, values)
+    stopped, move = xp.zeros(values.shape, bool), xp.zeros_like(values)
+    model = unlimited = solved(problem, point, logs)
+    for _ in range(_ENDS):
+        move = xp.where(stopped, move, model.value)
+        beyond = (values + move < low) | (values + move > high)
+        move, stopped = xp.clip(values + move, low, high) - values, stopped | beyond
+        if is_known((values, stopped)) and not np.any(beyond):
+            break
+        fixed = xp.where(stopped, move, 0.0)
+        left = point._replace(residuals=point.residuals + point.jacobian @ fixed)
+        model = solved(problem, left.without(stopped), logs)
+    move = xp.clip(values + xp.where(stopped, move, model.value), low, high) - values
+    return Step(model, move, model.effect, stopped, unlimited)
+
+
+def _ends(problem: Problem, values: Vector) -> tuple[Vector, Vector]:
+    """The ends of the ranges of straight coordinates."""
+    xp, ranges = namespace(values), straight(problem).ranges
+    low = [each.low + (_INSIDE if each.excludes_low else 0.0) for each in ranges]
+    return xp.asarray(low, values.dtype), xp.asarray([x.high for x in ranges], values.dtype)
+
+
+def solved(problem: Problem, point: Around, logs: Effects) -> MixedModel:
+    """The mixed model around a point, in changes of the parameters."""
+    observed = point.effects @ logs - point.residuals
+    variance = problem.variance()
+    if variance is None and not problem.recording.observes_impacts:
+        return mixed_model(*_whitened(problem, observed, point))
+    zero = namespace(observed).zeros_like(observed[0])
+    own = OwnNoise(zero, zero)
+    if variance is not None:
+        own = OwnNoise(zero + _CERTAIN, _CERTAIN * known(variance))
+    return mixed_model(observed, point.jacobian, point.effects, counted(problem, observed), own)
+
+
+def counted(problem: Problem, like: AnyArray) -> AnyArray:
+    """The number of observations, of the type of another number."""
+    return namespace(like).sum(known(problem.valid)).astype(like.dtype)
+
+
+def _whitened(
+    problem: Problem, observed: AnyArray, point: Around
+) -> tuple[AnyArray, AnyArray, AnyArray, AnyArray, OwnNoise]:
+    found = _white(problem, observed, point.jacobian, point.effects)
+    return known(found) if is_known(found) else found
+
+
+@eqx.filter_jit
+def _white(
+    problem: Problem, observed: AnyArray, jacobian: AnyArray, effects: AnyArray
+) -> tuple[AnyArray, AnyArray, AnyArray, AnyArray, OwnNoise]:
+    """A recorded motion along the directions of parameters and scatter, in units of its noise.
+
+    The noise model of the problem gives the covariance of the noise along these directions, from
+    the residuals that lie in none of them.
+    """
+    both = jnp.concatenate([jacobian, effects], axis=1)
+    norms = jnp.linalg.norm(both, axis=0)
+    axes, lengths, _ = jnp.linalg.svd(both / jnp.where(norms > 0, norms, 1.0), full_matrices=False)
+    felt = lengths > _LOST * jnp.max(lengths)
+    axes = jnp.where(felt, axes, 0.0)
+    rest = observed - axes @ (axes.T @ observed)
+    count, p = counted(problem, observed), jnp.sum(felt.astype(observed.dtype))
+    size = jnp.sum(rest**2) / count
+    spread = problem.noise.spread(rest, count, axes)
+    kappa = jnp.trace(spread) / (p * size)
+    freedom = jnp.maximum(count / jnp.maximum(kappa, 1.0) - p, 1.0)
+    spread = spread * count / (count - p) + jnp.diag(jnp.where(felt, 0.0, 1.0))
+    root = jnp.linalg.cholesky(spread)
+
+    def white(columns: AnyArray) -> AnyArray:
+        return jax.scipy.linalg.solve_triangular(root, axes.T @ columns, lower=True)
+
+    columns = (white(x) for x in (observed, jacobian, effects))
+    return *columns, p, OwnNoise(freedom, freedom)

@@ -1,0 +1,177 @@
+"""Estimate from the mixed model of scatter: values, intervals, and the size of the scatter."""
+
+import dataclasses
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float
+
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.linear_scatter import Around, Effects, Mask, Step, Vector, counted
+from impactjax._fit.mixed_model import marginal_likelihood, whitened
+from impactjax._fit.scatter_found import Scatter
+from impactjax._fit.straight import straight
+from impactjax._fit.uncertainty import verdicts, within_ranges
+from impactjax._known import AnyArray, known, namespace
+from impactjax._outcome import Outcome
+from impactjax._problem.problem import Problem
+
+_SETTLED = 0.1  # move of a value by one more step, relative to its error
+_ROUNDING = 1e-8  # move that a simulation cannot resolve, relative to the value
+_ALIKE = 3.84  # difference of twice the log-likelihood that does not decide, chi-squared at 95 %
+
+
+class Solution(NamedTuple):
+    """Point at which an iteration ended.
+
+    - `values`: straight coordinates of the parameters.
+    - `logs`: logarithms of the factors.
+    - `point`: linear model around them.
+    - `step`: one more step, with the mixed model.
+    - `held`: mask of the parameters that kept their values.
+    """
+
+    values: Vector
+    logs: Effects
+    point: Around
+    step: Step
+    held: Mask
+
+
+class _Found(NamedTuple):
+    """The answer of a mixed model, in straight coordinates."""
+
+    values: Vector
+    low: Vector
+    high: Vector
+    covariance: Float[AnyArray, "parameters parameters"]
+    freedom: AnyArray
+    scatter: Scatter
+    likelihood: AnyArray
+    settled: AnyArray
+    determined: Bool[AnyArray, " parameters"]
+    held: Mask
+
+
+def summarised(estimate: Estimate[Problem], solution: Solution) -> Estimate[Problem]:
+    """The estimate at a solution, from one without scatter. A parameter that was held keeps its
+    error and interval.
+    """
+    found = _found(estimate.problem, solution)
+    return _estimate(estimate, *jax.tree.map(jnp.asarray, (found, solution.point)))
+
+
+def _found(problem: Problem, solution: Solution) -> _Found:
+    values, logs, point, step, held = solution
+    model = step.model
+    xp, covariance = namespace(values), model.covariance
+    low, high = (values + step.move + _reach(step, level) for level in (0.025, 0.975))
+    determined = xp.where(step.stopped, step.unlimited.determined, model.determined)
+    unbounded = xp.where(determined, 0.0, np.inf)
+    middle, least, most = (model.size(level) for level in (0.5, 0.025, 0.975))
+    slopes = straight(problem).slopes(straight(problem).turned(values))
+    jacobian = whitened(point.jacobian / slopes, point.effects, model.ratio)
+    enough = _SETTLED * xp.sqrt(xp.diagonal(covariance)) + _ROUNDING * xp.abs(values)
+    return _Found(
+        values,
+        low - unbounded,
+        high + unbounded,
+        covariance,
+        model.freedom,
+        Scatter(middle, least, most, model.effect, jacobian),
+        likelihood(problem, point, logs),
+        xp.all((xp.abs(step.move) <= enough) | ~model.determined),
+        model.determined,
+        held,
+    )
+
+
+def _reach(step: Step, level: float) -> Vector:
+    """Distances of quantiles from the values; those of a parameter at an end of its range are those
+    of the solution without ranges.
+    """
+    xp, model, unlimited = namespace(step.move), step.model, step.unlimited
+    beyond = unlimited.quantile(level) - unlimited.value
+    return xp.where(step.stopped, beyond, model.quantile(level) - model.value)
+
+
+def likelihood(problem: Problem, point: Around, logs: Effects) -> AnyArray:
+    """The largest log-likelihood of the linear model with scatter, for independent noise."""
+    observed = point.effects @ logs - point.residuals
+    count, variance = counted(problem, observed), problem.variance()
+    known_variance = None if variance is None else known(variance)
+    return marginal_likelihood(observed, point.jacobian, point.effects, count, known_variance)
+
+
+def _ratio(errors: Vector, before: Vector) -> Vector:
+    """Ratio of errors; 1 where one of them is infinite."""
+    both = jnp.isfinite(errors) & jnp.isfinite(before) & (before > 0)
+    return jnp.where(both, errors / jnp.where(both, before, 1.0), 1.0)
+
+
+@eqx.filter_jit
+def _estimate(estimate: Estimate[Problem], found: _Found, point: Around) -> Estimate[Problem]:
+    """The estimate with the values, intervals and residuals of a mixed model."""
+    problem, residuals = estimate.problem, point.residuals
+    n = counted(problem, residuals)
+    missed = problem.misfit(residuals)
+    settled = found.settled & jnp.all(jnp.isfinite(residuals))
+    outcome = jnp.where(
+        estimate.converged & ~settled, Outcome.SCATTER_UNSETTLED, estimate.outcome
+    ).astype(jnp.int32)
+    usable = (outcome == Outcome.CONVERGED) & (missed == 0)
+    lasting = problem.noise.lasts(residuals, n)
+    axes = straight(problem)
+    values, (low, high) = axes.turned(found.values), axes.interval(found.low, found.high)
+    slopes = axes.slopes(values)
+    low, high = (
+        jnp.where(found.held, old, new) for old, new in ((estimate.low, low), (estimate.high, high))
+    )
+    interval = within_ranges(problem, low, high)
+    infinite = jnp.diag(jnp.where(found.determined, 0.0, jnp.inf))
+    covariance = found.covariance * jnp.outer(slopes, slopes) + infinite
+    errors = jnp.sqrt(jnp.diagonal(covariance))
+    errors = jnp.where(found.held, estimate.standard_errors, errors)
+    parameters = len(problem.names) + 1 + problem.sizes_found
+    return dataclasses.replace(
+        estimate,
+        values=values,
+        standard_errors=errors,
+        inflation=estimate.inflation * _ratio(errors, estimate.standard_errors),
+        freedom=found.freedom,
+        memory=problem.noise.order(residuals, n),
+        low=interval.low,
+        high=interval.high,
+        covariance=covariance,
+        lasting=lasting,
+        verdicts=verdicts(interval.below & usable, interval.above & usable, lasting),
+        residuals=residuals,
+        jacobian=point.jacobian / slopes,
+        impacts=point.impacts,
+        rms=jnp.sqrt(jnp.sum(residuals**2) / n),
+        aic=2 * parameters - 2 * found.likelihood,
+        bic=jnp.log(n) * parameters - 2 * found.likelihood,
+        misfit=missed,
+        outcome=outcome,
+        scatter=found.scatter,
+    )
+
+
+def either(one: Estimate[Problem], other: Estimate[Problem]) -> Estimate[Problem]:
+    """The likelier of two estimates of one problem. Its intervals hold both if twice the
+    log-likelihoods differ by less than 3.84, scaled to the independent observations.
+    """
+    usable = [each for each in (one, other) if bool(each.usable)]
+    if len(usable) < 2:
+        return usable[0] if usable else one
+    best, second = sorted(usable, key=lambda each: float(each.aic))
+    share = best.independent_observations / float(best.problem.observations)
+    if share * float(second.aic - best.aic) > _ALIKE:
+        return best
+    low, high = jnp.minimum(best.low, second.low), jnp.maximum(best.high, second.high)
+    interval = within_ranges(best.problem, low, high)
+    verdict = verdicts(interval.below, interval.above, jnp.asarray(best.lasting))
+    return dataclasses.replace(best, low=interval.low, high=interval.high, verdicts=verdict)

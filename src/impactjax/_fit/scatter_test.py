@@ -1,0 +1,85 @@
+"""Scatter from impact to impact that a fit did not assume: does the record ask for it?
+
+The likelihood of the mixed model, linearised around the estimate without scatter, tells whether it
+may; the fit with scatter decides.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from impactjax._fit.estimate import Estimate
+from impactjax._fit.linear_scatter import around
+from impactjax._fit.scatter import affected, with_scatter
+from impactjax._fit.scatter_summary import likelihood
+from impactjax._fit.score_test import HeldParameter
+from impactjax._fit.search import Search
+from impactjax._fit.straight import straight
+from impactjax._known import known
+from impactjax._problem.loss import Squares
+from impactjax._problem.problem import Problem
+from impactjax._problem.scatter import NormalScatter
+
+_NAME, _UNIT = "scatter", "1"
+_FEWEST = 2  # impacts that can differ
+_COST = 2.0  # AIC counts the size twice
+_HOPELESS = -1.0  # expected fall of AIC below which the fit with scatter is not tried
+
+
+def may_scatter(estimate: Estimate[Problem]) -> bool:
+    """True for an estimate by least squares without scatter, of two impacts or more."""
+    problem = estimate.problem
+    plain = isinstance(problem.loss, Squares) and estimate.scatter is None
+    impacts = int(np.asarray(estimate.impacts.count))
+    return plain and bool(estimate.converged) and impacts >= _FEWEST
+
+
+def expected_fall(estimate: Estimate[Problem], search: Search = Search()) -> float:
+    """The fall of AIC by scatter, scaled to the independent observations, in linear approximation;
+    −∞ if the residuals cannot be linearised.
+    """
+    problem = estimate.problem.padded()
+    values = straight(problem).turned(known(estimate.values))
+    logs = np.zeros(affected(problem, estimate), values.dtype)
+    point = around(problem, values, logs, search.evaluate)
+    if not point.exists():
+        return -np.inf
+    steady = point._replace(effects=np.zeros_like(point.effects))
+    gain = 2 * (likelihood(problem, point, logs) - likelihood(problem, steady, logs))
+    return float(gain) * estimate.independent_observations / _count(estimate) - _COST
+
+
+def assuming_scatter(
+    estimate: Estimate[Problem], search: Search = Search()
+) -> Estimate[Problem] | None:
+    """The estimate with scatter of an estimate that may have it; `None` if it is not likelier."""
+    if not may_scatter(estimate) or expected_fall(estimate, search) < _HOPELESS:
+        return None
+    problem = dataclasses.replace(estimate.problem, scatter=NormalScatter())
+    found = with_scatter(dataclasses.replace(estimate, problem=problem), search)
+    return found if bool(found.converged) and fall_of_aic(estimate, found) > 0 else None
+
+
+def fall_of_aic(before: Estimate[Problem], after: Estimate[Problem]) -> float:
+    """Fall of AIC by scatter, scaled to the independent observations."""
+    share = after.independent_observations / _count(after)
+    return (float(before.aic - after.aic) + _COST) * share - _COST
+
+
+def scatter_test(estimate: Estimate[Problem], search: Search = Search()) -> HeldParameter | None:
+    """Scatter as a parameter that was left out; `None` if the record cannot tell of it."""
+    found = assuming_scatter(estimate, search)
+    return None if found is None else as_held(estimate, found)
+
+
+def as_held(before: Estimate[Problem], after: Estimate[Problem]) -> HeldParameter:
+    """Scatter as a parameter that was left out, from an estimate without and one with it."""
+    scatter = after.scatter
+    assert scatter is not None
+    size, low, high = (float(x) for x in (scatter.size, scatter.low, scatter.high))
+    error = (high - low) / 4  # half of a 95 % interval is two errors
+    return HeldParameter(_NAME, _UNIT, 0.0, size, error, fall_of_aic(before, after))
+
+
+def _count(estimate: Estimate[Problem]) -> float:
+    return float(np.asarray(estimate.problem.observations))

@@ -1,0 +1,174 @@
+"""Restitution that scatters from impact to impact in a recorded motion, against a closed form."""
+
+import dataclasses
+import functools
+
+import equinox as eqx
+import numpy as np
+import pytest
+
+import impactjax as ij
+from impactjax._fit.evaluation import evaluate
+from impactjax._fit.linear_scatter import around
+from impactjax._fit.scatter_test import expected_fall
+from impactjax._fit.straight import straight
+from tiers import quick, thorough
+
+R, SPEED, OMEGA, NOISE = 0.9, 6.0, 12.0, 2e-3
+
+
+def record(seed, scatter, noise=NOISE):
+    """A linear oscillator that bounces off a stop at its equilibrium: half periods of a sine, each
+    with 0.9 times the speed of the one before, and a factor.
+    """
+    rng = np.random.default_rng(seed)
+    ts = np.arange(1200) / 400
+    number = np.floor(ts / (np.pi / OMEGA)).astype(int)
+    logs = np.log(R) + scatter * rng.standard_normal(number[-1])
+    speeds = SPEED * np.exp(np.concatenate([[0.0], np.cumsum(logs)]))
+    shown = speeds[number] / OMEGA * np.abs(np.sin(OMEGA * ts))
+    return ij.Recording(ts, shown + noise * rng.standard_normal(1200), ij.Displacement())
+
+
+def drawn(seed, scatter):
+    """The logarithms of the factors in a record."""
+    return scatter * np.random.default_rng(seed).standard_normal(11)
+
+
+def experiment(recording, **more):
+    oscillator = ij.LinearOscillator(OMEGA, 0.0)
+    model = ij.ImpactOscillator(oscillator, ij.Stop(ij.Restitution(R)))
+    fixed = more.pop("fixed", ["x0", "zeta"])
+    simulation = ij.Simulation(max_steps=128)
+    start = ij.InitialState(0.0, SPEED)
+    return ij.Experiment(model, recording, start, fixed=fixed, simulation=simulation, **more)
+
+
+@functools.cache
+def plain(scatter):
+    return ij.fit(experiment(record(1, scatter)))
+
+
+@functools.cache
+def compared():
+    return ij.compare({"own": experiment(record(1, 0.02))}, starts=ij.Starts(1))
+
+
+def holds(estimate, truth=R):
+    return estimate["r"].low < truth < estimate["r"].high
+
+
+def test_scatter_is_found_and_its_intervals_hold():
+    before = plain(0.02)
+    assert not holds(before)
+    (held,) = [each for each in ij.left_out(before) if each.name == "scatter"]
+    assert held.is_needed
+    assert held.value == pytest.approx(np.std(drawn(1, 0.02)), rel=0.3)
+    after = ij.with_left_out(before, fixed=["offset", "drift", "gain"])
+    assert after.converged
+    assert holds(after)
+    assert after.scatter is not None
+    assert after.scatter.low < np.std(drawn(1, 0.02)) < after.scatter.high
+    assert after.aic < before.aic - 10
+
+
+def test_each_impact_has_its_deviation():
+    found = compared().best.estimate
+    assert found.scatter is not None
+    told = np.asarray(found.scatter.logarithms)[:10] + np.log(found["r"].value)
+    np.testing.assert_allclose(told, np.log(R) + drawn(1, 0.02)[:10], atol=3e-3)
+
+
+def test_clean_record_asks_for_no_scatter():
+    before = plain(0.0)
+    assert all(each.name != "scatter" or not each.is_needed for each in ij.left_out(before))
+    assert ij.with_left_out(before).scatter is None
+
+
+def test_scatter_that_is_excluded_is_not_fitted():
+    assert ij.with_left_out(plain(0.02), fixed=["scatter"]).scatter is None
+    excluded = experiment(record(1, 0.02), scatter=ij.NoScatter())
+    assert ij.compare({"own": excluded}, starts=ij.Starts(1)).best.estimate.scatter is None
+
+
+def test_comparison_says_that_restitution_scatters():
+    found = compared()
+    assert found.best.estimate.scatter is not None
+    assert holds(found.best.estimate)
+    assert any("asks for scatter of restitution" in note for note in found.notes)
+
+
+def test_scatter_of_a_comparison_is_saved(tmp_path):
+    estimate, own = compared().best.estimate, experiment(record(1, 0.02))
+    ij.io.save(tmp_path / "fit.npz", estimate)
+    again = ij.io.load(tmp_path / "fit.npz", own)
+    assert again.scatter is not None
+    assert str(again) == str(estimate)
+    excluded = dataclasses.replace(own, scatter=ij.NoScatter())
+    with pytest.raises(ValueError, match="has scatter"):
+        ij.io.load(tmp_path / "fit.npz", excluded)
+
+
+def test_directional_derivatives_are_those_of_the_motion():
+    """Around the truth an impact's factor changes all later flights in proportion."""
+    problem = plain(0.0).problem.padded()
+    values = straight(problem).turned(np.array([SPEED, R, OMEGA]))
+    values = np.array([{"r": R, "omega_n": OMEGA, "x_dot0": SPEED}[x] for x in problem.names])
+    found = around(problem, values, np.zeros(12), evaluate)
+    ts = np.asarray(problem.recording.ts)[:1200]
+    number = np.floor(ts / (np.pi / OMEGA)).astype(int)
+    shown = SPEED * R**number / OMEGA * np.abs(np.sin(OMEGA * ts))
+    for impact in (0, 4, 10):
+        np.testing.assert_allclose(
+            found.effects[:1200, impact], np.where(number > impact, shown, 0.0), atol=1e-9
+        )
+
+
+def test_expected_fall_is_about_that_of_the_fit():
+    expected = expected_fall(plain(0.02))
+    assert expected > 10
+    assert expected_fall(plain(0.0)) < 5
+
+
+def test_scatter_compiles_no_further_simulation():
+    before = plain(0.02)
+    programs = evaluate._cached._cache_size()  # pyright: ignore
+    ij.with_left_out(before, fixed=["offset", "drift", "gain"])
+    assert evaluate._cached._cache_size() == programs  # pyright: ignore
+
+
+def test_damping_at_the_end_of_its_range_stays_there():
+    own = experiment(record(1, 0.02), fixed=["x0"], scatter=ij.NormalScatter())
+    found = ij.fit(own)
+    assert found.converged
+    assert found["zeta"].value >= 0
+    assert found["zeta"].low == 0
+    assert holds(found)
+
+
+@thorough
+def test_compiled_fit_has_the_same_scatter():
+    own = experiment(record(1, 0.02), scatter=ij.NormalScatter())
+    one, other = eqx.filter_jit(ij.fit)(own), ij.fit(own)
+    np.testing.assert_allclose(one.values, other.values, atol=1e-2 * other.standard_errors.min())
+    np.testing.assert_allclose(one.scatter.size, other.scatter.size, rtol=1e-2)
+
+
+@thorough
+def test_coverage_where_restitution_scatters():
+    held, sized = [], []
+    for seed in range(24):
+        found = ij.fit(experiment(record(seed, 0.01), scatter=ij.NormalScatter()))
+        held.append(holds(found))
+        assert found.scatter is not None
+        sized.append(found.scatter.low < 0.01 < found.scatter.high)
+    assert np.mean(held) >= 0.8
+    assert np.mean(sized) >= 0.8
+
+
+@quick
+def test_scatter_needs_a_stop():
+    model = ij.ImpactOscillator(ij.LinearOscillator(OMEGA, 0.0))
+    own = dataclasses.replace(experiment(record(1, 0.0)), model=model, scatter=ij.NormalScatter())
+    with pytest.raises(ValueError, match="needs a stop"):
+        ij.build_problem(own)
