@@ -85,10 +85,7 @@ FAULTS: dict[str, Callable[[np.random.Generator], Faults]] = {
 
 def mixture(rng: np.random.Generator) -> Faults:
     """Each fault with a chance of one in three."""
-    unknown = ("none", "scatter")  # a fit of a motion does not look for scatter
-    chosen = [
-        make(rng) for name, make in FAULTS.items() if name not in unknown and rng.random() < 1 / 3
-    ]
+    chosen = [make(rng) for make in FAULTS.values() if rng.random() < 1 / 3]
     usual = Faults()
     changed = {
         key: value

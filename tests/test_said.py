@@ -8,6 +8,7 @@ import pytest
 import impactjax as ij
 from bad_files import GOOD
 from command import impactjax
+from impactjax._cli.options import options
 from tiers import quick
 
 pytestmark = quick
@@ -120,6 +121,13 @@ def test_arguments_override_sidecar(tmp_path):
     assert isinstance(law, ij.KelvinVoigt)
     assert number(found.fixed["gamma"]) == pytest.approx(float(law.gamma))
     assert "gamma" not in ij.build_problem(found).names
+
+
+def test_infinite_cutoff_states_that_there_is_no_low_pass(tmp_path):
+    said = options((), ["cutoff=inf"]).fixed
+    found = prepared(tmp_path, "[fixed]\nlength = 0.2\n", fixed=said).experiments["kelvin-voigt"]
+    assert found.sensor.low_pass is None
+    assert "cutoff" not in ij.build_problem(found).names
 
 
 @pytest.mark.parametrize("command", ["check", "fit"])

@@ -1,5 +1,6 @@
 """Options of a fit that say what Python can say, from their texts."""
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -45,6 +46,7 @@ _LOSS_HELP = (
 )
 LossName = Annotated[str, typer.Option("--loss", metavar="NAME[=SCALE]", help=_LOSS_HELP)]
 
+_NO_LOW_PASS = "cutoff", "inf"  # the only value that may be infinite
 _USUAL_SCALE = 2.0  # in standard deviations of the noise
 
 
@@ -103,6 +105,8 @@ def _fixed(text: str) -> tuple[str, float | None]:
     name, equals, value = text.partition("=")
     if not re.fullmatch(r"\w+", name):
         raise Refusal(f"`{text}` is neither NAME nor NAME=VALUE.")
+    if (name, value) == _NO_LOW_PASS:
+        return name, math.inf
     return name, _number("--fix", text, value) if equals else None
 
 
