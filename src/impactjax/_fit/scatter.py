@@ -39,7 +39,7 @@ _ROUNDS = 4  # linearisations under `jit`
 _MOST = 8  # linearisations of known numbers
 _SHARES = (1.0, 0.5, 0.2, 0.05, 0.01)  # of a step, tried in turn
 _SETTLED = 1e-4  # share of its error that no value moves any more
-_SLACK = 0.1  # rise of the penalised sum of squares that is allowed
+_SLACK = 1.0  # rise of that sum that is allowed: a step averages over sizes of scatter and noise
 _NO_EFFECT = 0.5  # distance from no effect, in errors, at which a parameter that fades is held
 
 
