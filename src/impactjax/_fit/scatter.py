@@ -12,6 +12,7 @@ measures data", Biometrics 46, 673, for the alternation of both steps.
 
 import dataclasses
 
+import jax
 import numpy as np
 
 from impactjax._fit.estimate import Estimate
@@ -30,7 +31,7 @@ from impactjax._fit.linear_scatter import (
 from impactjax._fit.scatter_summary import Solution, either, summarised
 from impactjax._fit.search import Search
 from impactjax._fit.straight import straight
-from impactjax._known import is_known, known, namespace
+from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._problem.padding import padded_size
 from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import Residuals
@@ -73,23 +74,43 @@ def _from(
 ) -> Estimate[Problem]:
     """The estimate with scatter, searched from some straight coordinates."""
     logs = namespace(values).zeros(affected(problem, estimate), values.dtype)
+    iterated = _iterated if is_known((problem, values)) else _iterated_in_a_loop
+    longer = dataclasses.replace(estimate, problem=problem, scatter=None)
+    return summarised(longer, iterated(problem, values, logs, held, evaluate))
+
+
+def _iterated(
+    problem: Problem, values: Vector, logs: Effects, held: Mask, evaluate: Evaluate
+) -> Solution:
+    """The point at which steps end: no further one moves anything, or is possible."""
     point = around(problem, values, logs, evaluate)
     step = step_from(problem, point.without(held), values, logs)
-    traced = not is_known((problem, values))
-    for _ in range(_ROUNDS if traced else _MOST):
-        if traced:
-            values, logs = values + step.move, step.effects
-            point = around(problem, values, logs, evaluate)
-        else:
-            if _small(step, logs):
-                break
-            moved = _moved(problem, evaluate, point, values, logs, step)
-            if moved is None:
-                break
-            values, logs, point = moved
+    for _ in range(_MOST):
+        if _is_small(step, logs):
+            break
+        moved = _moved(problem, evaluate, point, values, logs, step)
+        if moved is None:
+            break
+        values, logs, point = moved
         step = step_from(problem, point.without(held), values, logs)
-    longer = dataclasses.replace(estimate, problem=problem, scatter=None)
-    return summarised(longer, Solution(values, logs, point, step, held))
+    return Solution(values, logs, point, step, held)
+
+
+def _iterated_in_a_loop(
+    problem: Problem, values: Vector, logs: Effects, held: Mask, evaluate: Evaluate
+) -> Solution:
+    """The point after some whole steps, for traced numbers."""
+
+    def linearised(values: Vector, logs: Effects) -> tuple[Around, Step]:
+        point = around(problem, values, logs, evaluate)
+        return point, step_from(problem, point.without(held), values, logs)
+
+    def moved(_: AnyArray, at: tuple[Vector, Effects]) -> tuple[Vector, Effects]:
+        _, step = linearised(*at)
+        return at[0] + step.move, step.effects
+
+    values, logs = jax.lax.fori_loop(0, _ROUNDS, moved, (values, logs))
+    return Solution(values, logs, *linearised(values, logs), held)
 
 
 def held_parameters(problem: Problem, values: Vector, errors: Vector) -> Mask:
@@ -109,7 +130,7 @@ def affected(problem: Problem, estimate: Estimate[Problem]) -> int:
     return min(padded_size(max(int(count), 1)), problem.impacts)
 
 
-def _small(step: Step, logs: Effects) -> bool:
+def _is_small(step: Step, logs: Effects) -> bool:
     """True for a step that changes no value or logarithm by a noticeable share of its error."""
     model = step.model
     errors = np.sqrt(np.diagonal(model.covariance))
@@ -126,7 +147,7 @@ def _moved(
     """
     change = step.effects - logs
     expected = point.residuals + point.jacobian @ step.move + point.effects @ change
-    noise = np.sum(expected**2) / counted(problem, expected)
+    noise = max(np.sum(expected**2) / counted(problem, expected), np.finfo(values.dtype).tiny)
     size = step.model.expected_size
 
     def cost(residuals: Residuals, effects: Effects) -> float:

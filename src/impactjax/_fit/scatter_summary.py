@@ -58,7 +58,7 @@ class _Found(NamedTuple):
 
 def summarised(estimate: Estimate[Problem], solution: Solution) -> Estimate[Problem]:
     """The estimate at a solution, from one without scatter. A parameter that was held keeps its
-    error and interval.
+    error and an interval that holds its value.
     """
     found = _found(estimate.problem, solution)
     return _estimate(estimate, *jax.tree.map(jnp.asarray, (found, solution.point)))
