@@ -17,17 +17,18 @@ from tiers import quick, thorough
 R, SPEED, OMEGA, NOISE = 0.9, 6.0, 12.0, 2e-3
 
 
-def record(seed, scatter, noise=NOISE):
+def record(seed, scatter, noise=NOISE, count=1200, law=lambda speed: R):
     """A linear oscillator that bounces off a stop at its equilibrium: half periods of a sine, each
     with 0.9 times the speed of the one before, and a factor.
     """
     rng = np.random.default_rng(seed)
-    ts = np.arange(1200) / 400
+    ts = np.arange(count) / 400
     number = np.floor(ts / (np.pi / OMEGA)).astype(int)
-    logs = np.log(R) + scatter * rng.standard_normal(number[-1])
-    speeds = SPEED * np.exp(np.concatenate([[0.0], np.cumsum(logs)]))
-    shown = speeds[number] / OMEGA * np.abs(np.sin(OMEGA * ts))
-    return ij.Recording(ts, shown + noise * rng.standard_normal(1200), ij.Displacement())
+    speeds = [SPEED]
+    for factor in np.exp(scatter * rng.standard_normal(number[-1])):
+        speeds.append(law(speeds[-1]) * speeds[-1] * factor)
+    shown = np.array(speeds)[number] / OMEGA * np.abs(np.sin(OMEGA * ts))
+    return ij.Recording(ts, shown + noise * rng.standard_normal(count), ij.Displacement())
 
 
 def drawn(seed, scatter):
@@ -39,7 +40,7 @@ def experiment(recording, **more):
     oscillator = ij.LinearOscillator(OMEGA, 0.0)
     model = ij.ImpactOscillator(oscillator, ij.Stop(ij.Restitution(R)))
     fixed = more.pop("fixed", ["x0", "zeta"])
-    simulation = ij.Simulation(max_steps=128)
+    simulation = ij.Simulation(max_steps=128, max_impacts=more.pop("max_impacts", 64))
     start = ij.InitialState(0.0, SPEED)
     return ij.Experiment(model, recording, start, fixed=fixed, simulation=simulation, **more)
 
@@ -115,7 +116,7 @@ def test_directional_derivatives_are_those_of_the_motion():
     values = straight(problem).turned(np.array([SPEED, R, OMEGA]))
     values = np.array([{"r": R, "omega_n": OMEGA, "x_dot0": SPEED}[x] for x in problem.names])
     found = around(problem, values, np.zeros(12), evaluate)
-    ts = np.asarray(problem.recording.ts)[:1200]
+    ts = np.asarray(problem.recording.instants)[:1200]
     number = np.floor(ts / (np.pi / OMEGA)).astype(int)
     shown = SPEED * R**number / OMEGA * np.abs(np.sin(OMEGA * ts))
     for impact in (0, 4, 10):
@@ -146,11 +147,57 @@ def test_damping_at_the_end_of_its_range_stays_there():
     assert holds(found)
 
 
+@pytest.mark.parametrize("noise", [1e-4, 1e-7])
+def test_quiet_record_has_the_scatter_that_was_drawn(noise):
+    """The noise is a hundredth to a hundred thousandth of the effects of the impacts."""
+    found = ij.fit(experiment(record(3, 0.05, noise), scatter=ij.NormalScatter()))
+    assert found.scatter is not None
+    assert found.scatter.size == pytest.approx(np.std(drawn(3, 0.05), ddof=1), rel=0.15)
+    assert holds(found)
+
+
+def test_stated_noise_leaves_the_scatter_as_it_is():
+    own = experiment(record(1, 0.02), scatter=ij.NormalScatter(), sensor=ij.Sensor(sigma=NOISE))
+    stated, free = ij.fit(own).scatter, compared().best.estimate.scatter
+    assert stated is not None
+    assert free is not None
+    assert float(stated.size) == pytest.approx(float(free.size), rel=0.05)
+    assert float(stated.high) == pytest.approx(float(free.high), rel=0.1)
+
+
+def test_one_impact_tells_neither_restitution_nor_scatter():
+    found = ij.fit(experiment(record(2, 0.01, count=150), scatter=ij.NormalScatter()))
+    assert found.converged
+    assert found.verdict("r") is ij.Verdict.NOT_IDENTIFIED
+    assert "not told" in str(found)
+
+
+def test_fit_that_does_not_converge_stays_as_it_is():
+    own = experiment(record(1, 0.02), scatter=ij.NormalScatter())
+    found = ij.fit(dataclasses.replace(own, simulation=ij.Simulation(max_steps=4)))
+    assert not found.converged
+
+
+def test_impacts_without_a_factor_are_said():
+    found = ij.fit(experiment(record(1, 0.02), scatter=ij.NormalScatter(), max_impacts=8))
+    assert not found.converged
+    assert "max_impacts" in found.cause
+
+
+def test_law_that_is_wrong_is_not_taken_for_scatter():
+    falling = record(1, 0.0, law=lambda speed: 0.95 - 0.02 * speed)
+    found = ij.compare({"constant": experiment(falling)}, starts=ij.Starts(1))
+    assert any("the law is wrong" in note for note in found.notes)
+    assert not any("the law is wrong" in note for note in compared().notes)
+
+
 @thorough
 def test_compiled_fit_has_the_same_scatter():
     own = experiment(record(1, 0.02), scatter=ij.NormalScatter())
     one, other = eqx.filter_jit(ij.fit)(own), ij.fit(own)
     np.testing.assert_allclose(one.values, other.values, atol=1e-2 * other.standard_errors.min())
+    assert one.scatter is not None
+    assert other.scatter is not None
     np.testing.assert_allclose(one.scatter.size, other.scatter.size, rtol=1e-2)
 
 

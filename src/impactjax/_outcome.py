@@ -13,3 +13,8 @@ class Outcome(AbstractCode):
     TOO_FEW_OBSERVATIONS = 4, "there are no more observations than parameters"
     WORSE_THAN_SPECIAL_CASE = 5, "a model that it contains fits better"
     SCATTER_UNSETTLED = 6, "the size of the scatter from impact to impact did not settle"
+    SCATTER_BEYOND = (
+        7,
+        "there are `max_impacts` impacts or more, and later ones cannot scatter; raise "
+        "`Simulation(max_impacts=...)`",
+    )

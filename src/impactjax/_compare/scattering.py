@@ -8,7 +8,7 @@ from impactjax._compare.fit_models import Settings, ranked
 from impactjax._compare.ranking import CLEAR, fall
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.scatter import with_scatter
-from impactjax._fit.scatter_test import as_held, assuming_scatter, may_scatter
+from impactjax._fit.scatter_test import as_held, assuming_scatter, follows_speed, may_scatter
 from impactjax._fit.search import Search
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
@@ -55,7 +55,8 @@ def scattering(
     def scattered(fitted: Fitted) -> Fitted:
         problem = dataclasses.replace(fitted.estimate.problem, scatter=NormalScatter())
         estimate = dataclasses.replace(fitted.estimate, problem=problem)
-        return fitted._replace(estimate=with_scatter(estimate, settings.search))
+        wider = with_scatter(estimate, settings.search)
+        return fitted._replace(estimate=wider) if bool(wider.converged) else fitted
 
     more = {
         name: each._replace(estimate=found) if name == best.name else scattered(each)
@@ -70,9 +71,12 @@ def _words(before: Estimate[Problem], after: Estimate[Problem]) -> str:
     held = as_held(before, after)
     size = str(after.scatter).removeprefix("scatter from impact to impact: ")
     if held.gain >= CLEAR:
+        wrong = (
+            " The deviations follow the speed: the law is wrong." if follows_speed(after) else ""
+        )
         return (
             f"The record asks for scatter of restitution from impact to impact, {size}. AIC falls "
-            f"by {held.gain:.0f}."
+            f"by {held.gain:.0f}.{wrong}"
         )
     return (
         f"Whether restitution scatters from impact to impact is not decided: with it, {size}, "

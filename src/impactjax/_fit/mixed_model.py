@@ -34,10 +34,12 @@ Effects = Float[AnyArray, "observations effects"]
 Number = Float[AnyArray, ""]
 PerRatio = Float[AnyArray, " ratios"]
 
-_RATIOS = 48  # points of the grid
-_BEYOND = 1e4  # factor by which the grid extends beyond the ratios that matter
-_LOST = 1e-12  # relative singular value of random effects that counts as zero
+_RATIOS, _WIDE = 48, 96  # points of the grid, and of the wider one from which it is chosen
+_BELOW, _BEYOND = 1e4, 1e16  # factors by which that extends beyond ratios 1/strongest, 1/weakest
+_NEGLIGIBLE = 1e-7  # relative density at the ends of the grid
+_LOST = 1e-9  # part of the random effects beside the parameters that counts as none, relative
 _UNTOLD = 1e-9  # that of a direction of the parameters without information
+_MEDIAN = 0.5
 _UNLIKELY = 1e-9  # relative weight of a ratio that does not matter
 _FARTHEST = 13.0  # more than the 97.5 % quantile of Student's t with one degree of freedom
 
@@ -66,6 +68,7 @@ class MixedModel(NamedTuple):
     - `least`: λ below which the random effects are lost in the noise.
     - `determined`: mask of the parameters without a component in a direction that changes no
       observation.
+    - `told`: true if the random effects have a part that the parameters do not explain.
     """
 
     ratios: PerRatio
@@ -77,6 +80,7 @@ class MixedModel(NamedTuple):
     freedom: Number
     least: Number
     determined: Bool[AnyArray, " parameters"]
+    told: Bool[AnyArray, ""]
 
     @property
     def value(self) -> Float[AnyArray, " parameters"]:
@@ -109,7 +113,8 @@ class MixedModel(NamedTuple):
     def quantile(self, level: float) -> Float[AnyArray, " parameters"]:
         """Quantile of each parameter, at a level from 0.025 to 0.975."""
         xp = namespace(self.values)
-        errors = xp.sqrt(xp.diagonal(self.scales, axis1=1, axis2=2))
+        variances = xp.diagonal(self.scales, axis1=1, axis2=2)
+        errors = xp.sqrt(xp.maximum(variances, 0.0))  # not below by rounding
         likely = (self.weights > _UNLIKELY * xp.max(self.weights))[:, None]
         near = xp.where(likely, self.values, self.value)
         reach = _FARTHEST * xp.max(xp.where(likely, errors, 0.0), axis=0)
@@ -123,7 +128,9 @@ class MixedModel(NamedTuple):
         return bisected(probability, level, low, high)
 
     def size(self, level: float) -> Number:
-        """Quantile of the size s of the random effects; 0 if it may be lost in the noise."""
+        """Quantile of the size s of the random effects; 0 if it may be lost in the noise, and
+        infinite if nothing tells it.
+        """
         xp = namespace(self.values)
         most, above = xp.log(self.ratios * self.squares), chi_squared_above(self.freedom)
 
@@ -133,7 +140,8 @@ class MixedModel(NamedTuple):
         ends = xp.min(most) - 20.0, xp.max(most) + 20.0
         lost = self.weights @ xp.where(self.ratios < self.least, 1.0, 0.0)
         size = xp.exp(bisected(probability, level, *ends) / 2)
-        return xp.where(lost > level, 0.0, size)
+        nothing = 0.0 if level < _MEDIAN else xp.inf
+        return xp.where(self.told, xp.where(lost > level, 0.0, size), nothing)
 
 
 class _Projected(NamedTuple):
@@ -162,28 +170,38 @@ def mixed_model(
     - `own`: knowledge of the noise from elsewhere; zeros for none.
     """
     xp = namespace(observed, jacobian, effects)
+    more = max(effects.shape[1] - effects.shape[0], 0)  # rows, so that all directions are found
+    observed = xp.pad(observed, (0, more))
+    jacobian, effects = (xp.pad(x, ((0, more), (0, 0))) for x in (jacobian, effects))
     part = _projected(observed, jacobian, effects)
     strengths = part.lengths**2
     felt = strengths > 0
     strongest = xp.max(strengths)
     strongest = xp.where(strongest > 0, strongest, 1.0)
     weakest = xp.min(xp.where(felt, strengths, strongest))
-    ends = -xp.log(_BEYOND * strongest), xp.log(_BEYOND / weakest)
-    ratios = xp.exp(xp.linspace(*ends, _RATIOS))
-    grown = 1 + ratios[:, None] * strengths
-    squares = part.rest + xp.sum(part.parts**2 / grown, axis=1) + own.squares
     freedom = count - jacobian.shape[1] + own.freedom
-    likelihood = -xp.sum(xp.log(grown), axis=1) / 2 - freedom * xp.log(squares) / 2
-    prior = xp.log(1 - 1 / (1 + ratios * strongest)) - xp.log(1 + ratios * weakest) / 2
-    posterior = xp.exp(likelihood + prior - xp.max(likelihood + prior))
+
+    def log_posterior(log_ratios: PerRatio) -> tuple[PerRatio, PerRatio]:
+        ratios = xp.exp(log_ratios)
+        grown = 1 + ratios[:, None] * strengths
+        squares = part.rest + xp.sum(part.parts**2 / grown, axis=1) + own.squares
+        likelihood = -xp.sum(xp.log(grown), axis=1) / 2 - freedom * xp.log(squares) / 2
+        prior = xp.log(1 - 1 / (1 + ratios * strongest)) - xp.log(1 + ratios * weakest) / 2
+        return likelihood + prior, squares
+
+    wide = xp.linspace(-xp.log(_BELOW * strongest), xp.log(_BEYOND / weakest), _WIDE)
+    log_ratios = _around_the_peak(wide, log_posterior(wide)[0])
+    ratios, (posterior, squares) = xp.exp(log_ratios), log_posterior(log_ratios)
+    posterior = xp.exp(posterior - xp.max(posterior))
+    grown = 1 + ratios[:, None] * strengths
     left = xp.maximum(freedom - 1 - xp.maximum(1 - 3 / freedom, 0.0), 1.0)  # by simulation
     along = part.basis.T @ effects
-    mixed = along @ part.directions * part.lengths
-    shares = ratios[:, None] / grown
+    turned = along @ part.directions
+    mixed, shares = turned * part.lengths, ratios[:, None] / grown
     seen = part.basis.T @ observed - (shares * part.parts) @ mixed.T
-    spread = xp.eye(len(seen[0])) + ratios[:, None, None] * (along @ along.T)
-    spread = spread - xp.einsum("ai,gi,bi->gab", mixed, ratios[:, None] * shares, mixed)
+    spread = xp.eye(len(seen[0])) + xp.einsum("ai,gi,bi->gab", turned, shares, turned)
     scales = part.inverse @ spread @ part.inverse.T * (squares / left)[:, None, None]
+    mixed_up = xp.any(part.inverse @ along != 0, axis=1)  # with effects that nothing else tells
     return MixedModel(
         ratios,
         posterior / xp.sum(posterior),
@@ -193,8 +211,20 @@ def mixed_model(
         squares,
         left,
         1 / strongest,
-        part.determined,
+        part.determined & (xp.any(felt) | ~mixed_up),
+        xp.any(felt),
     )
+
+
+def _around_the_peak(
+    grid: Float[AnyArray, " wide"], log_density: Float[AnyArray, " wide"]
+) -> PerRatio:
+    """A grid over the part of another one where a density is not negligible."""
+    xp = namespace(grid)
+    likely = log_density > xp.max(log_density) + np.log(_NEGLIGIBLE)
+    step = grid[1] - grid[0]
+    low = xp.min(xp.where(likely, grid, grid[-1])) - step
+    return xp.linspace(low, xp.max(xp.where(likely, grid, grid[0])) + step, _RATIOS)
 
 
 def marginal_likelihood(
@@ -207,7 +237,7 @@ def marginal_likelihood(
     part = _projected(observed, jacobian, effects)
     strongest = xp.max(part.lengths) ** 2
     scale = xp.where(strongest > 0, strongest, 1.0)
-    ratios = xp.exp(xp.linspace(-np.log(_BEYOND), 4 * np.log(_BEYOND), 4 * _RATIOS)) / scale
+    ratios = xp.exp(xp.linspace(-np.log(_BELOW), np.log(_BEYOND), 4 * _RATIOS)) / scale
     ratios = xp.concatenate([xp.zeros_like(ratios[:1]), ratios])[:, None]
     squares = part.rest + xp.sum(part.parts**2 / (1 + ratios * part.lengths**2), axis=1)
     whole = xp.linalg.svd(effects, compute_uv=False) ** 2
@@ -239,7 +269,7 @@ def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Proje
         return once - basis @ (basis.T @ once)  # twice, against rounding
 
     axes, lengths, effect_axes = xp.linalg.svd(beside(effects), full_matrices=False)
-    felt = lengths > _LOST * xp.max(lengths)
+    felt = lengths > _LOST * xp.linalg.norm(effects)
     lengths, axes = xp.where(felt, lengths, 0.0), xp.where(felt, axes, 0.0)
     left = beside(observed)
     parts = axes.T @ left

@@ -18,7 +18,8 @@ from impactjax._known import AnyArray, namespace
 Number = Float[AnyArray, ""]
 
 _HALVINGS = 36
-_FLAT = 12.0  # asinh t, and log χ², beyond which distributions are flat
+_FLAT = 12.0  # asinh t beyond which its distribution is flat
+_SPREADS = 24.0  # standard deviations of log χ² beyond which its distribution is flat
 _NODES = 1024
 
 
@@ -46,7 +47,8 @@ def chi_squared_above(freedom: Number) -> Callable[[AnyArray], AnyArray]:
     def above(log_value: AnyArray) -> AnyArray:
         return functions.gammaincc(freedom / 2, xp.exp(log_value) / 2)
 
-    return _tabulated(above, freedom, -_FLAT, _FLAT)
+    middle, width = xp.log(freedom), _SPREADS * xp.sqrt(2 / freedom)
+    return _tabulated(above, freedom, middle - width, middle + width)
 
 
 def _library(like: AnyArray) -> tuple[ModuleType, ModuleType]:
@@ -56,7 +58,10 @@ def _library(like: AnyArray) -> tuple[ModuleType, ModuleType]:
 
 
 def _tabulated(
-    function: Callable[[AnyArray], AnyArray], like: AnyArray, low: float, high: float
+    function: Callable[[AnyArray], AnyArray],
+    like: AnyArray,
+    low: Number | float,
+    high: Number | float,
 ) -> Callable[[AnyArray], AnyArray]:
     """A function by linear interpolation, with one expensive evaluation for each node."""
     xp = namespace(like)

@@ -11,6 +11,7 @@ measures data", Biometrics 46, 673, for the alternation of both steps.
 """
 
 import dataclasses
+import functools
 
 import jax
 import numpy as np
@@ -37,53 +38,54 @@ from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import Residuals
 
 _ROUNDS = 4  # linearisations under `jit`
-_MOST = 8  # linearisations of known numbers
+_MOST = 24  # linearisations of known numbers
 _SHARES = (1.0, 0.5, 0.2, 0.05, 0.01)  # of a step, tried in turn
 _SETTLED = 1e-4  # share of its error that no value moves any more
 _SLACK = 1.0  # rise of that sum that is allowed: a step averages over sizes of scatter and noise
 _NO_EFFECT = 0.5  # distance from no effect, in errors, at which a parameter that fades is held
 
 
+@np.errstate(all="ignore")  # no warnings, as in JAX
 def with_scatter(estimate: Estimate[Problem], search: Search = Search()) -> Estimate[Problem]:
     """The estimate with scatter from impact to impact, from one without.
 
     Works under `jit` and `vmap`. It has converged if the one without scatter had, and if a further
-    linearisation would move no value by more than a tenth of its error, or by more than rounding.
+    linearisation would move no value by more than a tenth of its error, or by more than rounding,
+    and if no impact is beyond those that may have a factor.
     Parameters that fade, such as a cutoff, are also started from no effect. The better result is
     taken; if the record does not tell which one is right, the intervals hold both.
     """
     own = estimate.problem
-    problem = own.padded() if is_known(own) else own
-    traced = not is_known((problem, estimate.values))
+    traced = not is_known((own, estimate.values))
+    if not traced and not bool(estimate.converged):
+        return estimate
+    problem = own if traced else own.padded()
     axes = straight(problem)
     values = axes.turned(estimate.values if traced else known(estimate.values))
     errors = estimate.standard_errors if traced else known(estimate.standard_errors)
     held = held_parameters(problem, values, errors)
-    found = _from(estimate, problem, values, held, search.evaluate)
-    fades = np.array(axes.fades)
-    if not traced and np.any(fades & ~held):
-        vanished = _from(
-            estimate, problem, np.where(fades, 0.0, values), held | fades, search.evaluate
-        )
-        found = either(found, vanished)
-    return found.of(own)
-
-
-def _from(
-    estimate: Estimate[Problem], problem: Problem, values: Vector, held: Mask, evaluate: Evaluate
-) -> Estimate[Problem]:
-    """The estimate with scatter, searched from some straight coordinates."""
     logs = namespace(values).zeros(affected(problem, estimate), values.dtype)
-    iterated = _iterated if is_known((problem, values)) else _iterated_in_a_loop
     longer = dataclasses.replace(estimate, problem=problem, scatter=None)
-    return summarised(longer, iterated(problem, values, logs, held, evaluate))
+    if traced:
+        solution = _iterated_in_a_loop(problem, values, logs, held, search.evaluate)
+        return summarised(longer, solution).of(own)
+    fades, starts = np.array(axes.fades), [(values, held)]
+    if np.any(fades & ~held):
+        starts.append((np.where(fades, 0.0, values), held | fades))
+    solutions = [_iterated(problem, at, logs, on, search.evaluate) for at, on in starts]
+    found = [summarised(longer, each) for each in solutions if each is not None]
+    return functools.reduce(either, found).of(own) if found else estimate
 
 
 def _iterated(
     problem: Problem, values: Vector, logs: Effects, held: Mask, evaluate: Evaluate
-) -> Solution:
-    """The point at which steps end: no further one moves anything, or is possible."""
+) -> Solution | None:
+    """The point at which steps end: no further one moves anything, or is possible. `None` if there
+    is no motion at the start.
+    """
     point = around(problem, values, logs, evaluate)
+    if not point.exists():
+        return None
     step = step_from(problem, point.without(held), values, logs)
     for _ in range(_MOST):
         if _is_small(step, logs):

@@ -37,6 +37,8 @@ class Scatter(eqx.Module):
         return eqx.tree_at(lambda each: each.jacobian, self, self.jacobian[:count])
 
     def __str__(self) -> str:
+        if not math.isfinite(float(self.high)):
+            return "scatter from impact to impact: not told"
         size, low, high = (100 * float(x) for x in (self.size, self.low, self.high))
         digits = max(1 - math.floor(math.log10(high)), 0) if high > 0 else 1
         if low == 0:

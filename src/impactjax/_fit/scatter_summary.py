@@ -119,9 +119,10 @@ def _estimate(estimate: Estimate[Problem], found: _Found, point: Around) -> Esti
     n = counted(problem, residuals)
     missed = problem.misfit(residuals)
     settled = found.settled & jnp.all(jnp.isfinite(residuals))
-    outcome = jnp.where(
-        estimate.converged & ~settled, Outcome.SCATTER_UNSETTLED, estimate.outcome
-    ).astype(jnp.int32)
+    whole = problem.all_have_factors(point.impacts.count)
+    failure = jnp.where(whole, Outcome.SCATTER_UNSETTLED, Outcome.SCATTER_BEYOND)
+    outcome = jnp.where(estimate.converged & ~(settled & whole), failure, estimate.outcome)
+    outcome = outcome.astype(jnp.int32)
     usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = problem.noise.lasts(residuals, n)
     axes = straight(problem)

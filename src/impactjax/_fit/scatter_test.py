@@ -7,6 +7,7 @@ may; the fit with scatter decides.
 import dataclasses
 
 import numpy as np
+from scipy import special
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.linear_scatter import around
@@ -22,16 +23,20 @@ from impactjax._problem.scatter import NormalScatter
 
 _NAME, _UNIT = "scatter", "1"
 _FEWEST = 2  # impacts that can differ
+_FEW, _LEVEL = 5, 1e-3  # impacts that show a dependence on speed, and its level
 _COST = 2.0  # AIC counts the size twice
 _HOPELESS = -1.0  # expected fall of AIC below which the fit with scatter is not tried
 
 
 def may_scatter(estimate: Estimate[Problem]) -> bool:
-    """True for an estimate by least squares without scatter, of two impacts or more."""
+    """True for an estimate by least squares without scatter, of two impacts or more, all of which
+    may have a factor.
+    """
     problem = estimate.problem
     plain = isinstance(problem.loss, Squares) and estimate.scatter is None
-    impacts = int(np.asarray(estimate.impacts.count))
-    return plain and bool(estimate.converged) and impacts >= _FEWEST
+    impacts = np.asarray(estimate.impacts.count)
+    enough = bool(impacts >= _FEWEST) and bool(problem.all_have_factors(impacts))
+    return plain and bool(estimate.converged) and enough
 
 
 def expected_fall(estimate: Estimate[Problem], search: Search = Search()) -> float:
@@ -79,6 +84,24 @@ def as_held(before: Estimate[Problem], after: Estimate[Problem]) -> HeldParamete
     size, low, high = (float(x) for x in (scatter.size, scatter.low, scatter.high))
     error = (high - low) / 4  # half of a 95 % interval is two errors
     return HeldParameter(_NAME, _UNIT, 0.0, size, error, fall_of_aic(before, after))
+
+
+def follows_speed(estimate: Estimate[Problem]) -> bool:
+    """True if the deviations of the impacts depend on the approach speed: their correlation with
+    its logarithm differs from zero at a level of 0.1 %. Then the law is wrong.
+    """
+    scatter, speeds = estimate.scatter, np.asarray(estimate.impacts.approach_speed)
+    if scatter is None or not bool(estimate.usable):
+        return False
+    logs = np.asarray(scatter.logarithms)
+    count = min(int(np.asarray(estimate.impacts.count)), len(logs), len(speeds))
+    moving = (speeds[:count] > 0) & (logs[:count] != 0)
+    if np.count_nonzero(moving) < _FEW or not float(scatter.low) > 0:
+        return False
+    correlation = np.corrcoef(np.log(speeds[:count][moving]), logs[:count][moving])[0, 1]
+    freedom = np.count_nonzero(moving) - 2
+    student = abs(correlation) * np.sqrt(freedom / (1 - correlation**2))
+    return bool(student > special.stdtrit(freedom, 1 - _LEVEL / 2))
 
 
 def _count(estimate: Estimate[Problem]) -> float:

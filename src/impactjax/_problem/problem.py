@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import ArrayLike
+from jaxtyping import ArrayLike, Bool
 
+from impactjax._known import AnyArray, namespace
 from impactjax._optimise.minimiser import Vector
 from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed
 from impactjax._problem.loss import AbstractLoss, Squares
@@ -100,6 +101,12 @@ class Problem(AbstractProblem):
         if self.recording.observes_impacts:
             return self.valid.shape[-1] - 1
         return self.simulation.max_impacts
+
+    def all_have_factors(self, impacts: AnyArray) -> Bool[AnyArray, ""]:
+        """True if a number of impacts is less than that of the factors, so that none lacks one."""
+        if self.recording.observes_impacts:  # an impact after the last time has no effect
+            return namespace(impacts).ones((), bool)
+        return impacts < self.impacts
 
     def scattered(self, logarithms: Factors, direction: Factors | None = None) -> "Problem":
         """The problem with a factor on the speed after each impact, given by its logarithm. Its

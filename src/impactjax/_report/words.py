@@ -13,6 +13,7 @@ from impactjax._compare.ranking import (
 )
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.reason import Reason
+from impactjax._fit.scatter_test import follows_speed
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residual_diagnostics import residual_diagnostics
@@ -227,15 +228,23 @@ def _scatter(estimate: Estimate[Problem]) -> list[str]:
         return []
     low, high = (float(factor) for factor in scatter.single)
     size = str(scatter).removeprefix("scatter from impact to impact: ")
+    if not math.isfinite(float(scatter.high)):
+        return ["The record does not tell whether restitution scatters from impact to impact."]
     if float(scatter.low) == 0:
         return [
             "The record does not tell whether restitution scatters from impact to impact: if it "
             f"does, then by {size}."
         ]
-    return [
+    found = [
         f"Restitution scatters from impact to impact by {size}: 95 % of single impacts have "
         f"{low:.3f} to {high:.3f} times the restitution of the law."
     ]
+    if follows_speed(estimate):
+        found.append(
+            "The deviations of the impacts follow their speed: the law is wrong, and what looks "
+            "like scatter is a restitution that depends on the speed in another way."
+        )
+    return found
 
 
 def _at_the_floor(estimate: Estimate[Problem], unit: str, factor: float) -> list[str]:
