@@ -49,10 +49,11 @@ _NO_EFFECT = 0.5  # distance from no effect, in errors, at which a parameter tha
 def with_scatter(estimate: Estimate[Problem], search: Search = Search()) -> Estimate[Problem]:
     """The estimate with scatter from impact to impact, from one without.
 
-    Works under `jit` and `vmap`. It has converged if the one without scatter had, and if a further
+    Works under `jit` and `vmap`. It has converged if the one without scatter had, if a further
     linearisation would move no value by more than a tenth of its error, or by more than rounding,
-    and if no impact is beyond those that may have a factor.
-    Parameters that fade, such as a cutoff, are also started from no effect. The better result is
+    and if every impact has a factor.
+
+    Parameters that fade, such as a cutoff, are also started from no effect. The likelier result is
     taken; if the record does not tell which one is right, the intervals hold both.
     """
     own = estimate.problem
