@@ -1,18 +1,21 @@
 """Scatter from impact to impact in a comparison: all models have it if the best one asks for it."""
 
-import dataclasses
 from collections.abc import Mapping
 
 from impactjax._compare.comparison import Fitted
 from impactjax._compare.fit_models import Settings, ranked
 from impactjax._compare.ranking import CLEAR, fall
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.scatter import with_scatter
-from impactjax._fit.scatter_test import as_held, assuming_scatter, follows_speed, may_scatter
+from impactjax._fit.scatter_test import (
+    as_held,
+    assuming_scatter,
+    follows_speed,
+    may_scatter,
+    with_normal_scatter,
+)
 from impactjax._fit.search import Search
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
-from impactjax._problem.scatter import NormalScatter
 
 
 def with_likely_scatter(
@@ -53,9 +56,7 @@ def scattering(
         return fits, []
 
     def scattered(fitted: Fitted) -> Fitted:
-        problem = dataclasses.replace(fitted.estimate.problem, scatter=NormalScatter())
-        estimate = dataclasses.replace(fitted.estimate, problem=problem)
-        wider = with_scatter(estimate, settings.search)
+        wider = with_normal_scatter(fitted.estimate, settings.search)
         return fitted._replace(estimate=wider) if bool(wider.converged) else fitted
 
     more = {
@@ -75,10 +76,10 @@ def _words(before: Estimate[Problem], after: Estimate[Problem]) -> str:
             " The deviations follow the speed: the law is wrong." if follows_speed(after) else ""
         )
         return (
-            f"The record asks for scatter of restitution from impact to impact, {size}. AIC falls "
-            f"by {held.gain:.0f}.{wrong}"
+            f"The record asks for scatter of restitution from impact to impact of {size}: AIC "
+            f"falls by {held.gain:.0f}.{wrong}"
         )
     return (
-        f"Whether restitution scatters from impact to impact is not decided: with it, {size}, "
-        f"AIC falls by {held.gain:.0f} only. All intervals allow for it."
+        f"Whether restitution scatters from impact to impact is not decided: with a "
+        f"scatter of {size} AIC falls by {held.gain:.0f} only. All intervals allow for it."
     )

@@ -96,9 +96,8 @@ def _answer(
     problem: Problem, values: Vector, logs: Effects, direction: Direction, evaluate: Evaluate
 ) -> Answer:
     u = jnp.asarray(problem.coordinates(straight(problem).turned(values)))
-    longer = jnp.pad(jnp.asarray(logs), (0, problem.impacts - logs.shape[0]))
     parts = jnp.asarray(problem.parts(LevenbergMarquardt().horizons))
-    scattered = problem.scattered(longer, direction)
+    scattered = problem.scattered(jnp.asarray(logs), direction)
     return evaluate(scattered, u, parts, jnp.ones((), bool)).answer
 
 

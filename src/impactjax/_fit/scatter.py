@@ -29,7 +29,7 @@ from impactjax._fit.linear_scatter import (
     residuals_at,
     step_from,
 )
-from impactjax._fit.scatter_summary import Solution, either, summarised
+from impactjax._fit.scatter_summary import Solution, likelier, summarised
 from impactjax._fit.search import Search
 from impactjax._fit.straight import straight
 from impactjax._known import AnyArray, is_known, known, namespace
@@ -75,7 +75,7 @@ def with_scatter(estimate: Estimate[Problem], search: Search = Search()) -> Esti
         starts.append((np.where(fades, 0.0, values), held | fades))
     solutions = [_iterated(problem, at, logs, on, search.evaluate) for at, on in starts]
     found = [summarised(longer, each) for each in solutions if each is not None]
-    return functools.reduce(either, found).of(own) if found else estimate
+    return functools.reduce(likelier, found).of(own) if found else estimate
 
 
 def _iterated(

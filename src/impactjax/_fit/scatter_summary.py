@@ -161,7 +161,7 @@ def _estimate(estimate: Estimate[Problem], found: _Found, point: Around) -> Esti
     )
 
 
-def either(one: Estimate[Problem], other: Estimate[Problem]) -> Estimate[Problem]:
+def likelier(one: Estimate[Problem], other: Estimate[Problem]) -> Estimate[Problem]:
     """The likelier of two estimates of one problem. Its intervals hold both if twice the
     log-likelihoods differ by less than 3.84, scaled to the independent observations.
     """

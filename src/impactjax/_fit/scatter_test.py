@@ -54,14 +54,19 @@ def expected_fall(estimate: Estimate[Problem], search: Search = Search()) -> flo
     return float(gain) * estimate.independent_observations / _count(estimate) - _COST
 
 
+def with_normal_scatter(estimate: Estimate[Problem], search: Search) -> Estimate[Problem]:
+    """The estimate with scatter, of one whose problem has none."""
+    problem = dataclasses.replace(estimate.problem, scatter=NormalScatter())
+    return with_scatter(dataclasses.replace(estimate, problem=problem), search)
+
+
 def assuming_scatter(
     estimate: Estimate[Problem], search: Search = Search()
 ) -> Estimate[Problem] | None:
     """The estimate with scatter of an estimate that may have it; `None` if it is not likelier."""
     if not may_scatter(estimate) or expected_fall(estimate, search) < _HOPELESS:
         return None
-    problem = dataclasses.replace(estimate.problem, scatter=NormalScatter())
-    found = with_scatter(dataclasses.replace(estimate, problem=problem), search)
+    found = with_normal_scatter(estimate, search)
     return found if bool(found.converged) and fall_of_aic(estimate, found) > 0 else None
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import ArrayLike, Bool
+from jaxtyping import Array, ArrayLike, Bool, Float
 
 from impactjax._known import AnyArray, namespace
 from impactjax._optimise.minimiser import Vector
@@ -108,10 +108,14 @@ class Problem(AbstractProblem):
             return namespace(impacts).ones((), bool)
         return impacts < self.impacts
 
-    def scattered(self, logarithms: Factors, direction: Factors | None = None) -> "Problem":
-        """The problem with a factor on the speed after each impact, given by its logarithm. Its
-        answer has the derivative of the residuals along a direction of the logarithms.
+    def scattered(
+        self, logarithms: Float[Array, " first"], direction: Factors | None = None
+    ) -> "Problem":
+        """The problem with a factor on the speed after each impact, given by its logarithm; the
+        factor of later impacts is 1. Its answer has the derivative of the residuals along a
+        direction of the logarithms.
         """
+        logarithms = jnp.pad(logarithms, (0, self.impacts - logarithms.shape[0]))
         system = dataclasses.replace(self.system, factors=jnp.exp(logarithms))
         direction = jnp.zeros_like(logarithms) if direction is None else direction
         return dataclasses.replace(self, system=system, direction=direction)
