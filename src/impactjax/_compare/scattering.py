@@ -35,15 +35,16 @@ def explains_more(
     own: Mapping[str, Experiment],
     search: Search,
 ) -> bool:
-    """True if fits with more parameters lower the criterion when both have scatter where it is
-    likelier. Scatter may explain what the parameters seemed to.
+    """True if fits with more parameters still lower the criterion when both have scatter where it
+    is likelier, and do so clearly if they did. Scatter may explain what the parameters seemed to.
     """
     before, after = ranked(fits)[0], ranked(more)[0]
+    enough = CLEAR if fall(before.estimate, after.estimate) >= CLEAR else 0.0
     experiment = own[before.name]
     plain = with_likely_scatter(before, experiment, search)
     if plain is before.estimate:
         return True
-    return fall(plain, with_likely_scatter(after, experiment, search)) > 0
+    return fall(plain, with_likely_scatter(after, experiment, search)) > enough
 
 
 def scattering(

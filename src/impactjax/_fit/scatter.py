@@ -72,7 +72,8 @@ def with_scatter(estimate: Estimate[Problem], search: Search = Search()) -> Esti
         return summarised(longer, solution).of(own)
     fades, starts = np.array(axes.fades), [(values, held)]
     if np.any(fades & ~held):
-        starts.append((np.where(fades, 0.0, values), held | fades))
+        nothing = [each.low for each in axes.ranges]
+        starts.append((np.where(fades, nothing, values), held | fades))
     solutions = [_iterated(problem, at, logs, on, search.evaluate) for at, on in starts]
     found = [summarised(longer, each) for each in solutions if each is not None]
     return functools.reduce(likelier, found).of(own) if found else estimate

@@ -82,7 +82,7 @@ def _found(problem: Problem, solution: Solution) -> _Found:
         covariance,
         model.freedom,
         Scatter(middle, least, most, model.effect, jacobian),
-        likelihood(problem, point, logs),
+        likelihood(problem, point.without(held), logs),
         xp.all((xp.abs(step.move) <= enough) | ~model.determined),
         model.determined,
         held,

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from jaxtyping import Float
 
 from impactjax._known import AnyArray, namespace
+from impactjax._optimise.coordinates import FARTHEST
 from impactjax._parameter import Range
 from impactjax._problem.abstract_problem import AbstractProblem
 
@@ -65,4 +66,5 @@ def straight(problem: AbstractProblem) -> Straight:
 def _inverse(allowed: Range) -> Range:
     """The range of the inverse."""
     high = 1 / allowed.low if allowed.low > 0 else math.inf
-    return allowed._replace(low=1 / allowed.high, high=high, excludes_low=False)
+    low = 1 / min(allowed.high, FARTHEST)
+    return allowed._replace(low=low, high=high, excludes_low=False)

@@ -18,7 +18,7 @@ from impactjax._known import AnyArray, namespace
 from impactjax._parameter import Range
 
 _SHARE = 0.5  # of a range with two ends, the longest step
-_FARTHEST = 1e12  # value that counts as infinity
+FARTHEST = 1e12  # value that counts as infinity
 _INSIDE = 1e-9  # share of it kept from an end that is not allowed
 
 Coordinate = Float[AnyArray, "..."]
@@ -72,7 +72,7 @@ def limits(allowed: Range) -> Limits:
     low, high = allowed.low, allowed.high
     if allowed.fades:
         slowest = 1 / low if low > 0 else math.inf
-        return Limits(1 / min(high, _FARTHEST), slowest, math.inf)
+        return Limits(1 / min(high, FARTHEST), slowest, math.inf)
     if math.isfinite(low) and math.isfinite(high):
         inside = _INSIDE * (high - low) if allowed.excludes_low else 0.0
         return Limits(low + inside, high, _SHARE * (high - low))
