@@ -9,7 +9,8 @@ import pytest
 
 import impactjax as ij
 from impactjax._fit.evaluation import evaluate
-from impactjax._fit.linear_scatter import around
+from impactjax._fit import scatter
+from impactjax._fit.linear_scatter import around, residuals_at
 from impactjax._fit.scatter_test import expected_fall
 from impactjax._fit.straight import straight
 from tiers import quick, thorough
@@ -176,6 +177,26 @@ def test_fit_that_does_not_converge_stays_as_it_is():
     own = experiment(record(1, 0.02), scatter=ij.NormalScatter())
     found = ij.fit(dataclasses.replace(own, simulation=ij.Simulation(max_steps=4)))
     assert not found.converged
+
+
+def test_scatter_that_does_not_settle_leaves_nothing_identified(monkeypatch):
+    monkeypatch.setattr(scatter, "_MOST", 0)
+    found = ij.compare({"own": experiment(record(1, 0.02))}, starts=ij.Starts(1))
+    assert found.best.estimate.verdict("r") is ij.Verdict.NOT_IDENTIFIED
+    assert any("did not settle, so that nothing is identified" in note for note in found.notes)
+
+
+def test_search_may_begin_without_a_low_pass():
+    sensor = ij.Sensor(low_pass=ij.Butterworth(40.0))
+    own = experiment(record(1, 0.02), sensor=sensor, free=["cutoff"])
+    problem = ij.build_problem(own).padded()
+    axes = straight(problem)
+    values, logs = axes.turned(np.asarray(problem.starting_values())), np.zeros(16)
+    values[list(axes.fades)] = [each.low for each in axes.ranges if each.fades]
+    point, step = around(problem, values, logs, evaluate), 1e-6 * np.array(axes.fades)
+    assert point.exists()
+    moved = residuals_at(problem, values + step, logs, evaluate) - point.residuals
+    np.testing.assert_allclose(point.jacobian @ step, moved, atol=0.01 * np.max(abs(moved)))
 
 
 def test_impacts_without_a_factor_are_said():

@@ -58,7 +58,8 @@ def scattering(
 
     def scattered(fitted: Fitted) -> Fitted:
         wider = with_normal_scatter(fitted.estimate, settings.search)
-        return fitted._replace(estimate=wider) if bool(wider.converged) else fitted
+        settled = bool(wider.converged) or not bool(found.converged)
+        return fitted._replace(estimate=wider) if settled else fitted
 
     more = {
         name: each._replace(estimate=found) if name == best.name else scattered(each)
@@ -71,6 +72,11 @@ def scattering(
 def _words(before: Estimate[Problem], after: Estimate[Problem]) -> str:
     """The sentence on scatter that was fitted as well."""
     held = as_held(before, after)
+    if not bool(after.converged):
+        return (
+            f"The record asks for scatter of restitution from impact to impact: AIC falls by "
+            f"{held.gain:.0f}. But it is {after.cause}, so that nothing is identified."
+        )
     size = str(after.scatter).removeprefix("scatter from impact to impact: ")
     if held.gain >= CLEAR:
         wrong = (

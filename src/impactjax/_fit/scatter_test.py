@@ -25,6 +25,7 @@ _NAME, _UNIT = "scatter", "1"
 _FEWEST = 2  # impacts that can differ
 _FEW, _LEVEL = 5, 1e-3  # impacts that show a dependence on speed, and its level
 _COST = 2.0  # AIC counts the size twice
+_CLEAR = 10.0  # fall of AIC that leaves no doubt
 _HOPELESS = -1.0  # expected fall of AIC below which the fit with scatter is not tried
 
 
@@ -63,11 +64,15 @@ def with_normal_scatter(estimate: Estimate[Problem], search: Search) -> Estimate
 def assuming_scatter(
     estimate: Estimate[Problem], search: Search = Search()
 ) -> Estimate[Problem] | None:
-    """The estimate with scatter of an estimate that may have it; `None` if it is not likelier."""
+    """The estimate with scatter of an estimate that may have it; `None` if it is not likelier.
+
+    One that did not settle is returned only if it is clearly likelier: then nothing is identified.
+    """
     if not may_scatter(estimate) or expected_fall(estimate, search) < _HOPELESS:
         return None
     found = with_normal_scatter(estimate, search)
-    return found if bool(found.converged) and fall_of_aic(estimate, found) > 0 else None
+    needed = 0.0 if bool(found.converged) else _CLEAR
+    return found if fall_of_aic(estimate, found) > needed else None
 
 
 def fall_of_aic(before: Estimate[Problem], after: Estimate[Problem]) -> float:
