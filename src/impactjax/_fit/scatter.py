@@ -71,9 +71,9 @@ def with_scatter(estimate: Estimate[Problem], search: Search = Search()) -> Esti
         solution = _iterated_in_a_loop(problem, values, logs, held, search.evaluate)
         return summarised(longer, solution).of(own)
     fades, starts = np.array(axes.fades), [(values, held)]
-    if np.any(fades & ~held):
-        nothing = [each.low for each in axes.ranges]
-        starts.append((np.where(fades, nothing, values), held | fades))
+    nothing = np.where(fades, [each.low for each in axes.ranges], values)
+    if np.any(nothing != values):
+        starts.append((nothing, held | fades))
     solutions = [_iterated(problem, at, logs, on, search.evaluate) for at, on in starts]
     found = [summarised(longer, each) for each in solutions if each is not None]
     return functools.reduce(likelier, found).of(own) if found else estimate

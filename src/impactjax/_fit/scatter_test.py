@@ -2,6 +2,9 @@
 
 The likelihood of the mixed model, linearised around the estimate without scatter, tells whether it
 may; the fit with scatter decides.
+
+Source: S. Greven and T. Kneib (2010), "On the behaviour of marginal and conditional AIC in linear
+mixed models", Biometrika 97, 773, for the cost of a variance that may be zero.
 """
 
 import dataclasses
@@ -24,9 +27,10 @@ from impactjax._problem.scatter import NormalScatter
 _NAME, _UNIT = "scatter", "1"
 _FEWEST = 2  # impacts that can differ
 _FEW, _LEVEL = 5, 1e-3  # impacts that show a dependence on speed, and its level
-_COST = 2.0  # AIC counts the size twice
+_COUNTED = 2.0  # AIC counts the size of the scatter twice
+_COST = 1.0  # what it costs: at the end of its range, where it gains nothing in half of all records
 _CLEAR = 10.0  # fall of AIC that leaves no doubt
-_HOPELESS = -1.0  # expected fall of AIC below which the fit with scatter is not tried
+_HOPELESS = -0.5  # expected fall of AIC below which the fit with scatter is not tried
 
 
 def may_scatter(estimate: Estimate[Problem]) -> bool:
@@ -78,7 +82,7 @@ def assuming_scatter(
 def fall_of_aic(before: Estimate[Problem], after: Estimate[Problem]) -> float:
     """Fall of AIC by scatter, scaled to the independent observations."""
     share = after.independent_observations / _count(after)
-    return (float(before.aic - after.aic) + _COST) * share - _COST
+    return (float(before.aic - after.aic) + _COUNTED) * share - _COST
 
 
 def scatter_test(estimate: Estimate[Problem], search: Search = Search()) -> HeldParameter | None:
