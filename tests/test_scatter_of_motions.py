@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._fit.evaluation import evaluate
 from impactjax._fit import scatter
+from impactjax._fit.evaluation import evaluate
 from impactjax._fit.linear_scatter import around, residuals_at
 from impactjax._fit.scatter_test import expected_fall
 from impactjax._fit.straight import straight
