@@ -133,9 +133,11 @@ def test_expected_fall_is_about_that_of_the_fit():
 
 
 def test_scatter_compiles_no_further_simulation():
-    before = plain(0.02)
+    evaluate._cached.clear_cache()  # pyright: ignore
+    before = ij.fit(experiment(record(1, 0.02)))
     programs = evaluate._cached._cache_size()  # pyright: ignore
     ij.with_left_out(before, fixed=["offset", "drift", "gain"])
+    ij.fit(experiment(record(1, 0.02), scatter=ij.NormalScatter()))
     assert evaluate._cached._cache_size() == programs  # pyright: ignore
 
 

@@ -86,7 +86,8 @@ class Problem(AbstractProblem):
 
     def padded(self) -> "Problem":
         recording = self.recording.padded(padded_size(self.valid.shape[-1]))
-        longer = dataclasses.replace(self, recording=recording)
+        # Scatter changes nothing that is simulated: fits with and without it share their programs.
+        longer = dataclasses.replace(self, recording=recording, scatter=NoScatter())
         none = jnp.zeros(longer.impacts, self.start.dtype)
         return longer.scattered(none) if self.has_stop else longer
 
