@@ -93,7 +93,7 @@ class Estimate(eqx.Module, Generic[P]):
         """The estimate of the unpadded problem; the rows of this one end with padding."""
         count = problem.valid.shape[-1]
         if count == self.residuals.shape[-1]:
-            return self
+            return dataclasses.replace(self, problem=problem)
         rows = known((self.residuals, self.jacobian))
         residuals, jacobian = (jnp.asarray(x[:count]) for x in rows)
         own = dataclasses.replace(self, problem=problem, residuals=residuals, jacobian=jacobian)
