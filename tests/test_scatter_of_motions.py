@@ -185,7 +185,7 @@ def test_scatter_that_does_not_settle_leaves_nothing_identified(monkeypatch):
     monkeypatch.setattr(scatter, "_MOST", 0)
     found = ij.compare({"own": experiment(record(1, 0.02))}, starts=ij.Starts(1))
     assert found.best.estimate.verdict("r") is ij.Verdict.NOT_IDENTIFIED
-    assert any("did not settle, so that nothing is identified" in note for note in found.notes)
+    assert any("did not settle, so that it identifies nothing" in note for note in found.notes)
 
 
 def test_search_may_begin_without_a_low_pass():

@@ -42,7 +42,7 @@ def explains_more(
     enough = CLEAR if fall(before.estimate, after.estimate) >= CLEAR else 0.0
     experiment = own[before.name]
     plain = with_likely_scatter(before, experiment, search)
-    if plain is before.estimate:
+    if plain is before.estimate or not bool(plain.converged):
         return True
     return fall(plain, with_likely_scatter(after, experiment, search)) > enough
 
@@ -66,19 +66,20 @@ def scattering(
         for name, each in fits.items()
         if own[name].scatter is None and may_scatter(each.estimate)
     }
-    return fits | more, [_words(best.estimate, found)]
+    return fits | more, [_words(best, found)]
 
 
-def _words(before: Estimate[Problem], after: Estimate[Problem]) -> str:
+def _words(best: Fitted, after: Estimate[Problem]) -> str:
     """The sentence on scatter that was fitted as well."""
-    held = as_held(before, after)
+    held = as_held(best.estimate, after)
     if not bool(after.converged):
         return (
-            f"The record asks for scatter of restitution from impact to impact: AIC falls by "
-            f"{held.gain:.0f}. But it is {after.cause}, so that nothing is identified."
+            f"The record asks for scatter of restitution from impact to impact: AIC of {best.name} "
+            f"falls by {held.gain:.0f}. But that fit is {after.cause}, so that it identifies "
+            f"nothing."
         )
     size = str(after.scatter).removeprefix("scatter from impact to impact: ")
-    if held.gain >= CLEAR:
+    if held.is_needed:
         wrong = (
             " The deviations follow the speed: the law is wrong." if follows_speed(after) else ""
         )

@@ -28,8 +28,7 @@ _NAME, _UNIT = "scatter", "1"
 _FEWEST = 2  # impacts that can differ
 _FEW, _LEVEL = 5, 1e-3  # impacts that show a dependence on speed, and its level
 _COUNTED = 2.0  # AIC counts the size of the scatter twice
-_COST = 1.0  # what it costs: at the end of its range, where it gains nothing in half of all records
-_CLEAR = 10.0  # fall of AIC that leaves no doubt
+_COST = 1.0  # cost of a size that may be zero: without scatter it gains nothing in half of records
 _HOPELESS = -0.5  # expected fall of AIC below which the fit with scatter is not tried
 
 
@@ -75,8 +74,9 @@ def assuming_scatter(
     if not may_scatter(estimate) or expected_fall(estimate, search) < _HOPELESS:
         return None
     found = with_normal_scatter(estimate, search)
-    needed = 0.0 if bool(found.converged) else _CLEAR
-    return found if fall_of_aic(estimate, found) > needed else None
+    held = as_held(estimate, found)
+    likely = held.gain > 0 if bool(found.converged) else held.is_needed
+    return found if likely else None
 
 
 def fall_of_aic(before: Estimate[Problem], after: Estimate[Problem]) -> float:
