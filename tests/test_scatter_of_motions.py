@@ -1,7 +1,6 @@
 """Restitution that scatters from impact to impact in a recorded motion, against a closed form."""
 
 import dataclasses
-import functools
 
 import equinox as eqx
 import numpy as np
@@ -11,56 +10,23 @@ import impactjax as ij
 from impactjax._compare import scattering
 from impactjax._fit import scatter
 from impactjax._fit.evaluation import evaluate
-from impactjax._fit.linear_scatter import around, residuals_at
-from impactjax._fit.scatter_summary import summarised
-from impactjax._fit.scatter_test import expected_fall, with_normal_scatter
+from impactjax._fit.linear_scatter import around
+from impactjax._fit.scatter_test import expected_fall
 from impactjax._fit.search import Search
 from impactjax._fit.straight import straight
+from scattered_motions import (
+    NOISE,
+    OMEGA,
+    SPEED,
+    R,
+    compared,
+    drawn,
+    experiment,
+    holds,
+    plain,
+    record,
+)
 from tiers import quick, thorough
-
-R, SPEED, OMEGA, NOISE = 0.9, 6.0, 12.0, 2e-3
-
-
-def record(seed, scatter, noise=NOISE, count=1200, law=lambda speed: R):
-    """A linear oscillator that bounces off a stop at its equilibrium: half periods of a sine, each
-    with 0.9 times the speed of the one before, and a factor.
-    """
-    rng = np.random.default_rng(seed)
-    ts = np.arange(count) / 400
-    number = np.floor(ts / (np.pi / OMEGA)).astype(int)
-    speeds = [SPEED]
-    for factor in np.exp(scatter * rng.standard_normal(number[-1])):
-        speeds.append(law(speeds[-1]) * speeds[-1] * factor)
-    shown = np.array(speeds)[number] / OMEGA * np.abs(np.sin(OMEGA * ts))
-    return ij.Recording(ts, shown + noise * rng.standard_normal(count), ij.Displacement())
-
-
-def drawn(seed, scatter):
-    """The logarithms of the factors in a record."""
-    return scatter * np.random.default_rng(seed).standard_normal(11)
-
-
-def experiment(recording, **more):
-    oscillator = ij.LinearOscillator(OMEGA, 0.0)
-    model = ij.ImpactOscillator(oscillator, ij.Stop(ij.Restitution(R)))
-    fixed = more.pop("fixed", ["x0", "zeta"])
-    simulation = ij.Simulation(max_steps=128, max_impacts=more.pop("max_impacts", 64))
-    start = ij.InitialState(0.0, SPEED)
-    return ij.Experiment(model, recording, start, fixed=fixed, simulation=simulation, **more)
-
-
-@functools.cache
-def plain(scatter):
-    return ij.fit(experiment(record(1, scatter)))
-
-
-@functools.cache
-def compared():
-    return ij.compare({"own": experiment(record(1, 0.02))}, starts=ij.Starts(1))
-
-
-def holds(estimate, truth=R):
-    return estimate["r"].low < truth < estimate["r"].high
 
 
 def test_scatter_is_found_and_its_intervals_hold():
@@ -189,55 +155,6 @@ def test_scatter_that_does_not_settle_leaves_nothing_identified(monkeypatch):
     found = ij.compare({"own": experiment(record(1, 0.02))}, starts=ij.Starts(1))
     assert found.best.estimate.verdict("r") is ij.Verdict.NOT_IDENTIFIED
     assert any("did not settle, so that it identifies nothing" in note for note in found.notes)
-
-
-def test_search_may_begin_without_a_low_pass():
-    sensor = ij.Sensor(low_pass=ij.Butterworth(40.0))
-    own = experiment(record(1, 0.02), sensor=sensor, free=["cutoff"])
-    problem = ij.build_problem(own).padded()
-    axes = straight(problem)
-    values, logs = axes.turned(np.asarray(problem.starting_values())), np.zeros(16)
-    values[list(axes.fades)] = [each.low for each in axes.ranges if each.fades]
-    point, step = around(problem, values, logs, evaluate), 1e-6 * np.array(axes.fades)
-    assert point.exists()
-    moved = residuals_at(problem, values + step, logs, evaluate) - point.residuals
-    np.testing.assert_allclose(point.jacobian @ step, moved, atol=0.01 * np.max(abs(moved)))
-
-
-def filtered():
-    """Estimate by a sensor with a low-pass that may have no effect."""
-    sensor = ij.Sensor(low_pass=ij.Butterworth(40.0))
-    found = ij.fit(experiment(record(1, 0.02), sensor=sensor, free=["cutoff"]))
-    cutoff = np.array([name == "cutoff" for name in found.names])
-    values = np.where(cutoff, 1e5, found.values)
-    errors = np.where(cutoff, 1e7, found.standard_errors)  # so that it may be infinite
-    return dataclasses.replace(found, values=values, standard_errors=errors)
-
-
-def test_scatter_beside_a_held_cutoff_is_also_fitted_without_it(monkeypatch):
-    begun, iterated = [], scatter._iterated
-
-    def watched(problem, values, logs, held, evaluate):
-        begun.append(values[list(straight(problem).fades)].item())
-        return iterated(problem, values, logs, held, evaluate)
-
-    monkeypatch.setattr(scatter, "_iterated", watched)
-    with_normal_scatter(filtered(), Search())
-    assert begun == pytest.approx([1e-5, 1e-12])
-
-
-def test_held_parameter_does_not_enter_the_likelihood():
-    before = plain(0.02)
-    problem = before.problem.padded()
-    held = np.array([name == "x_dot0" for name in before.names])
-    assert held.any()
-    at = np.asarray(before.values), np.zeros(16), held
-    found = scatter._iterated(problem, *at, evaluate)
-    assert found is not None
-    jacobian = found.point.jacobian + held * np.arange(len(found.point.residuals))[:, None]
-    other = found._replace(point=found.point._replace(jacobian=jacobian))
-    one, two = (summarised(dataclasses.replace(before, problem=problem), x) for x in (found, other))
-    assert float(one.aic) == pytest.approx(float(two.aic), abs=1e-6)
 
 
 @pytest.mark.parametrize(
