@@ -1,6 +1,7 @@
 """The two kinds of contact law: a jump map of the velocity, or a force."""
 
 import abc
+from typing import TYPE_CHECKING, cast
 
 import equinox as eqx
 from jaxtyping import Array, Float, PyTree
@@ -47,7 +48,10 @@ class AbstractForceLaw(AbstractLaw):
     The contact begins at zero penetration and ends by the rule `separation`.
     """
 
-    separation: eqx.AbstractVar[AbstractSeparation]
+    if TYPE_CHECKING:  # which would make a field here the first argument of every subclass
+        separation = cast(AbstractSeparation, None)
+    else:
+        separation: eqx.AbstractVar[AbstractSeparation]
 
     @abc.abstractmethod
     def touch(self, speed: Speed, mass: Mass) -> Internal:

@@ -1,7 +1,7 @@
 """Oscillators: the equation of motion between impacts."""
 
 import abc
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import equinox as eqx
 import numpy as np
@@ -31,7 +31,10 @@ class AbstractOscillator(eqx.Module):
     search starts from the oscillator's own values.
     """
 
-    mass: eqx.AbstractVar[Mass]
+    if TYPE_CHECKING:  # which would make a field here the first argument of every subclass
+        mass = cast(Mass, None)
+    else:
+        mass: eqx.AbstractVar[Mass]
 
     @abc.abstractmethod
     def acceleration(
