@@ -49,6 +49,18 @@ class Constant(ij.AbstractImpactLaw):
         return self.kept * jnp.ones_like(speed)
 
 
+class HardeningSpring(ij.AbstractMemorylessLaw):
+    """F = k δ (1 + δ²/a²) + c δ′."""
+
+    k: Array = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("N/m", above=0))
+    a: Array = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("m", above=0))
+    c: Array = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("N s/m", at_least=0))
+    separation: ij.AbstractSeparation = ij.AtZeroForce()
+
+    def force(self, penetration, rate, internal, mass):
+        return self.k * penetration * (1 + (penetration / self.a) ** 2) + self.c * rate
+
+
 class Strain(ij.AbstractQuantity):
     """The strain at the foot of the spring."""
 
@@ -102,3 +114,24 @@ def test_parts_in_the_tables_are_found_by_name(record, tmp_path, monkeypatch):
     assert "µm/m" in (tmp_path / "report" / "report.html").read_text()
     with pytest.raises(FileExistsError):
         ij.io.write_report(tmp_path / "report", comparison)
+
+
+def test_arguments_by_position_and_lists_of_numbers():
+    """A script in the documented style, also for the type checker, to which a list is no array."""
+    heavy = Duffing(OMEGA, BETA, 0.02)
+    assert (float(heavy.omega_n), float(heavy.beta), float(heavy.mass)) == (OMEGA, BETA, 0.02)
+    assert float(Duffing(OMEGA, beta=BETA).mass) == 1
+    spring = HardeningSpring(1e4, 1e-3, 2.0)
+    assert (float(spring.a), float(spring.c)) == (1e-3, 2.0)
+    assert isinstance(spring.separation, ij.AtZeroForce)
+    pulling = HardeningSpring(1e4, 1e-3, 2.0, ij.AtZeroPenetration())
+    assert isinstance(pulling.separation, ij.AtZeroPenetration)
+
+    model = ij.ImpactOscillator(Duffing(OMEGA, 0.0), ij.Stop(Constant(R)))
+    run = ij.simulate(model, ij.InitialState(0.05), [0.0, 0.03, 0.06])
+    np.testing.assert_allclose(run.position, 0.05 * np.cos([0.0, 0.6, 1.2]), rtol=1e-7)
+    recording = ij.Recording([0, 1], [0.5, 0.4], ij.Displacement(), valid=[True, False])
+    np.testing.assert_array_equal(recording.valid, [True, False])
+    assert ij.ImpactTimes([0.1, 0.5, 0.8]).times.shape == (3,)
+    elastic = ij.Hertz(1e6).equivalents([0.1, 0.7], 0.02)
+    np.testing.assert_allclose(elastic.restitution, [1.0, 1.0], rtol=1e-12)

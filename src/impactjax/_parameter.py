@@ -11,6 +11,7 @@ from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float, PyTree
 
 from impactjax._known import AnyArray
+from impactjax._types import Numbers
 
 _KEY = "impactjax parameter"
 
@@ -69,7 +70,7 @@ def parameter(
     return {_KEY: Range(unit, low, at_most, excludes_low=excludes_low, known=known, fades=fades)}
 
 
-def as_parameter(value: ArrayLike) -> Float[Array, "..."]:
+def as_parameter(value: Numbers) -> Float[Array, "..."]:
     """A number as a floating-point array, so that its value never causes a retrace."""
     array = jnp.asarray(value)
     if jnp.issubdtype(array.dtype, jnp.complexfloating):
@@ -84,7 +85,7 @@ def plain(value: AnyArray) -> AnyArray:
     return value if isinstance(value, Tracer) else np.asarray(value)
 
 
-def as_optional_parameter(value: ArrayLike | None) -> Float[Array, "..."] | None:
+def as_optional_parameter(value: Numbers | None) -> Float[Array, "..."] | None:
     """Converter like `as_parameter`, but `None` stays; it leaves out a physical effect."""
     return None if value is None else as_parameter(value)
 

@@ -5,7 +5,11 @@ The *coordinate* is in rad for a pendulum and in m for everything that moves on 
 describes one lane unless stated otherwise; `jax.vmap` adds the axis of lanes.
 """
 
-from jaxtyping import Array, Bool, Float, Int
+from collections.abc import Sequence
+
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
+
+Numbers = ArrayLike | Sequence[float]  # made an array
 
 Coordinate = Float[Array, "..."]  # [rad] or [m]
 CoordinateRate = Float[Array, "..."]  # [rad/s] or [m/s]

@@ -2,14 +2,14 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
 from impactjax._model.initial_state import InitialState
 from impactjax._model.lambert import phi1
 from impactjax._model.pendulum import Pendulum
 from impactjax._model.root import root
 from impactjax._parameter import as_parameter
-from impactjax._types import Coordinate, CoordinateRate, Ratio, Time
+from impactjax._types import Coordinate, CoordinateRate, Numbers, Ratio, Time
 
 
 class MultipleScales(eqx.Module):
@@ -53,20 +53,20 @@ class MultipleScales(eqx.Module):
                 "multiple-scales solution knows viscous damping alone."
             )
 
-    def position(self, ts: ArrayLike) -> Coordinate:
+    def position(self, ts: Numbers) -> Coordinate:
         """Angle at some times [rad]."""
         ts, cosine_part, sine_part = as_parameter(ts), *self._parts()
         turned = self._turned(ts)
         return self._decay(ts) * (cosine_part * jnp.cos(turned) + sine_part * jnp.sin(turned))
 
-    def velocity(self, ts: ArrayLike) -> CoordinateRate:
+    def velocity(self, ts: Numbers) -> CoordinateRate:
         """Angular velocity at some times, of first order [rad/s]."""
         ts, cosine_part, sine_part = as_parameter(ts), *self._parts()
         turned = self._turned(ts)
         quadrature = sine_part * jnp.cos(turned) - cosine_part * jnp.sin(turned)
         return self.pendulum.omega_n * self._decay(ts) * quadrature
 
-    def time_to_turn(self, angle: ArrayLike) -> Time:
+    def time_to_turn(self, angle: Numbers) -> Time:
         """Time [s] at which the phase has advanced by an angle [rad]; negative for a negative one.
 
         A quarter turn, π/2, leads from rest to θ = 0, and half a turn from θ = 0 to θ = 0.

@@ -6,14 +6,14 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float, PyTree
+from jaxtyping import Array, Float, PyTree
 
 from impactjax._analytic.multiple_scales import MultipleScales
 from impactjax._model.initial_state import InitialState
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._model.pendulum import Pendulum
 from impactjax._parameter import as_parameter
-from impactjax._types import Coordinate, CoordinateRate, Scalar, Time
+from impactjax._types import Coordinate, CoordinateRate, Numbers, Scalar, Time
 
 
 class PiecewiseAnalytical(eqx.Module):
@@ -33,13 +33,13 @@ class PiecewiseAnalytical(eqx.Module):
     approach_speed: Float[Array, "... impacts"]
     separation_speed: Float[Array, "... impacts"]
 
-    def position(self, ts: ArrayLike) -> Coordinate:
+    def position(self, ts: Numbers) -> Coordinate:
         """Angle from the stop at some times [rad]."""
         ts = as_parameter(ts)
         flight, since = self._flight_at(ts)
         return flight.position(since)
 
-    def velocity(self, ts: ArrayLike) -> CoordinateRate:
+    def velocity(self, ts: Numbers) -> CoordinateRate:
         """Angular velocity at some times, of first order [rad/s]."""
         ts = as_parameter(ts)
         flight, since = self._flight_at(ts)

@@ -2,13 +2,12 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import ArrayLike
 
 from impactjax._analytic.exact_flight import ExactFlight
 from impactjax._analytic.flight import AbstractFlight
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._parameter import as_parameter
-from impactjax._types import Ratio, Speed
+from impactjax._types import Numbers, Ratio, Speed
 
 
 class Rebound(eqx.Module):
@@ -29,8 +28,8 @@ class Rebound(eqx.Module):
 
 def successive_peaks(
     oscillator: AbstractOscillator,
-    first: ArrayLike,
-    second: ArrayLike,
+    first: Numbers,
+    second: Numbers,
     *,
     flight: AbstractFlight = ExactFlight(),
 ) -> Rebound:

@@ -7,12 +7,13 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
 from impactjax._identify.directions import Directions, Sensitivities, directions, spread, without
 from impactjax._identify.parameters import chosen
 from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._problem.parameters import Handle, with_values
+from impactjax._types import Numbers
 
 Part = TypeVar("Part", bound=eqx.Module)
 PerParameter = Float[AnyArray, " parameters"]
@@ -85,7 +86,7 @@ class Information(eqx.Module):
 def information(
     data: Callable[[Part], Array],
     part: Part,
-    sigma: ArrayLike,
+    sigma: Numbers,
     *,
     free: Sequence[str] = (),
     fixed: Sequence[str] = (),

@@ -3,18 +3,19 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
 from impactjax._fit.learned import Learned
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._parameter import as_parameter
+from impactjax._types import Numbers
 
 _ABSENT = 1e-6  # relative size of a derivative that counts as rounding
 
 Curve = Float[Array, " speeds"]
 
 
-def restitution_band(learned: Learned, speeds: ArrayLike) -> tuple[Curve, Curve]:
+def restitution_band(learned: Learned, speeds: Numbers) -> tuple[Curve, Curve]:
     """Restitution of a learned law at some approach speeds, and its standard error there.
 
     The error is √(aᵀ C a), with the derivatives a of r(v) by all learned numbers and their

@@ -3,12 +3,11 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike
 
 from impactjax._known import is_known
 from impactjax._parameter import as_parameter
 from impactjax._shown import with_numbers
-from impactjax._types import Energy, Force, Length, Mass, Ratio, Speed, Time
+from impactjax._types import Energy, Force, Length, Mass, Numbers, Ratio, Speed, Time
 
 
 class Equivalents(eqx.Module):
@@ -31,7 +30,7 @@ class Equivalents(eqx.Module):
     __repr__ = with_numbers
 
 
-def approach(speed: ArrayLike, mass: ArrayLike) -> tuple[Speed, Mass]:
+def approach(speed: Numbers, mass: Numbers) -> tuple[Speed, Mass]:
     """Speed [m/s] and mass [kg] of an impact, as parameters.
 
     **Raises** `ValueError` for known ones that are not positive.

@@ -12,7 +12,7 @@ from impactjax._model.power import Coefficient, power
 from impactjax._model.separable import separable_equivalents
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
 from impactjax._parameter import as_parameter, parameter
-from impactjax._types import Force, Length, Mass, Speed
+from impactjax._types import Force, Length, Mass, Numbers, Speed
 
 
 class Hertz(AbstractMemorylessLaw):
@@ -58,6 +58,6 @@ class Hertz(AbstractMemorylessLaw):
         del rate, internal, mass
         return self.k * power(penetration, 1.5)
 
-    def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
+    def equivalents(self, speed: Numbers, mass: Numbers) -> Equivalents:
         """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         return separable_equivalents(self.k, jnp.zeros_like(self.k), 1.5, speed, mass)

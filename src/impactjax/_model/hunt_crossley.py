@@ -9,7 +9,7 @@ from impactjax._model.power import Coefficient, power_force
 from impactjax._model.separable import restitution_damping, separable_equivalents
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
 from impactjax._parameter import as_parameter, parameter, require_restitution
-from impactjax._types import Force, InverseSpeed, Length, Mass, Ratio, Speed
+from impactjax._types import Force, InverseSpeed, Length, Mass, Numbers, Ratio, Speed
 
 
 class HuntCrossley(AbstractMemorylessLaw):
@@ -50,6 +50,6 @@ class HuntCrossley(AbstractMemorylessLaw):
         del internal, mass
         return power_force(penetration, rate, self.k, self.k * self.c, self.n, self.n, 1)
 
-    def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
+    def equivalents(self, speed: Numbers, mass: Numbers) -> Equivalents:
         """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         return separable_equivalents(self.k, self.c, self.n, speed, mass)

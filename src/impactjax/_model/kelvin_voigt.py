@@ -15,7 +15,7 @@ from impactjax._model.linear_contact import (
 )
 from impactjax._model.separation import AbstractSeparation, AtZeroForce, AtZeroPenetration
 from impactjax._parameter import as_parameter, parameter, plain, require_restitution
-from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
+from impactjax._types import AngularFrequency, Force, Length, Mass, Numbers, Ratio, Speed
 
 
 class KelvinVoigt(AbstractMemorylessLaw):
@@ -59,7 +59,7 @@ class KelvinVoigt(AbstractMemorylessLaw):
         del internal
         return mass * self.omega0 * (self.omega0 * penetration + 2 * self.gamma * rate)
 
-    def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
+    def equivalents(self, speed: Numbers, mass: Numbers) -> Equivalents:
         """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         v, m = approach(speed, mass)
         return kelvin_voigt_equivalents(self.omega0, self.gamma, self.separation, v, m)

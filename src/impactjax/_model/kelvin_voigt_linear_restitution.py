@@ -2,7 +2,6 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import ArrayLike
 
 from impactjax._model.equivalents import Equivalents, approach
 from impactjax._model.kelvin_voigt import kelvin_voigt_equivalents
@@ -10,7 +9,16 @@ from impactjax._model.law import AbstractForceLaw
 from impactjax._model.linear_contact import damping_ratio
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
 from impactjax._parameter import as_parameter, parameter
-from impactjax._types import AngularFrequency, Force, InverseSpeed, Length, Mass, Ratio, Speed
+from impactjax._types import (
+    AngularFrequency,
+    Force,
+    InverseSpeed,
+    Length,
+    Mass,
+    Numbers,
+    Ratio,
+    Speed,
+)
 
 
 class KelvinVoigtLinearRestitution(AbstractForceLaw):
@@ -48,7 +56,7 @@ class KelvinVoigtLinearRestitution(AbstractForceLaw):
         del penetration, rate, mass
         return jnp.zeros_like(internal)
 
-    def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
+    def equivalents(self, speed: Numbers, mass: Numbers) -> Equivalents:
         """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         v, m = approach(speed, mass)
         return kelvin_voigt_equivalents(self.omega0, self.touch(v, m), self.separation, v, m)

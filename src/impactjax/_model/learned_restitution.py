@@ -3,11 +3,11 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._parameter import Requirement, as_parameter
-from impactjax._types import Ratio, Speed
+from impactjax._types import Numbers, Ratio, Speed
 
 _LEAST_SHARE = 1e-3  # the derivative by a weight vanishes with its share
 
@@ -41,7 +41,7 @@ class LearnedRestitution(AbstractImpactLaw):
     weights: Float[Array, "... shares"] = eqx.field(converter=as_parameter)
 
     @staticmethod
-    def like(law: AbstractImpactLaw, speeds: ArrayLike) -> "LearnedRestitution":
+    def like(law: AbstractImpactLaw, speeds: Numbers) -> "LearnedRestitution":
         """A law close to another one, to start from.
 
         Each share is the decrease of r between the midpoints to the neighbouring speeds, but at

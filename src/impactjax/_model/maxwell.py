@@ -9,7 +9,7 @@ from impactjax._model.law import AbstractForceLaw
 from impactjax._model.linear_contact import arc_ratio, damping_ratio, decay, half_turn
 from impactjax._model.separation import AbstractSeparation, AtZeroForce
 from impactjax._parameter import as_parameter, parameter, plain, require_restitution
-from impactjax._types import AngularFrequency, Force, Length, Mass, Ratio, Speed
+from impactjax._types import AngularFrequency, Force, Length, Mass, Numbers, Ratio, Speed
 
 
 class Maxwell(AbstractForceLaw):
@@ -60,7 +60,7 @@ class Maxwell(AbstractForceLaw):
         del rate, mass
         return 2 * self.gamma * self.omega0 * (penetration - internal)
 
-    def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
+    def equivalents(self, speed: Numbers, mass: Numbers) -> Equivalents:
         """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         v, m = approach(speed, mass)
         arc, turn = arc_ratio(self.gamma), half_turn(self.gamma)

@@ -22,13 +22,13 @@ from impactjax._model.lambert import psi, z_over_s
 from impactjax._model.power import Coefficient
 from impactjax._model.root import root
 from impactjax._parameter import as_parameter
-from impactjax._types import Force, InverseSpeed, Mass, Ratio, Speed
+from impactjax._types import Force, InverseSpeed, Mass, Numbers, Ratio, Speed
 
 _SPACING, _REACH = 1 / 24, 132  # tanh-sinh rule: T to 1e-12 for Z up to 50, n up to 9
 
 
 def separable_equivalents(
-    k: Coefficient, c: InverseSpeed, n: ArrayLike, speed: ArrayLike, mass: ArrayLike
+    k: Coefficient, c: InverseSpeed, n: ArrayLike, speed: Numbers, mass: Numbers
 ) -> Equivalents:
     """Equivalents of an impact on F = k δⁿ (1 + c δ′)."""
     return _equivalents(k, c, as_parameter(n), *approach(speed, mass))

@@ -9,7 +9,7 @@ from impactjax._model.power import Coefficient, power_force
 from impactjax._model.separable import restitution_damping, separable_equivalents
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
 from impactjax._parameter import as_parameter, parameter, require_restitution
-from impactjax._types import Force, Length, Mass, Speed
+from impactjax._types import Force, Length, Mass, Numbers, Speed
 
 
 class Walton(AbstractMemorylessLaw):
@@ -43,6 +43,6 @@ class Walton(AbstractMemorylessLaw):
         del internal, mass
         return power_force(penetration, rate, self.k, self.c, 1, 1, 1)
 
-    def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents:
+    def equivalents(self, speed: Numbers, mass: Numbers) -> Equivalents:
         """Outcome of an impact of a mass [kg] at a speed [m/s], in closed form."""
         return separable_equivalents(self.k, self.c / self.k, 1.0, speed, mass)

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, ArrayLike, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._first_look.first_look import FirstLook
 from impactjax._known import AnyArray
@@ -19,7 +19,7 @@ from impactjax._sensor.sensor import Sensor
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulation import Simulation
-from impactjax._types import Flag, Scalar
+from impactjax._types import Flag, Numbers, Scalar
 
 Own = TypeVar("Own", bound="AbstractRecording")
 Residuals = Float[AnyArray, " observations"]
@@ -220,7 +220,7 @@ def check_increasing(name: str, times: Array | np.ndarray) -> None:
         )
 
 
-def counted(values: Array, valid: ArrayLike | None) -> Valid:
+def counted(values: Array, valid: Numbers | None) -> Valid:
     """Mask of the values that are finite and, if `valid` is given, valid."""
     finite = abs(plain(values)) < np.inf
     if valid is None:

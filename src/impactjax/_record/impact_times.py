@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
 from impactjax._first_look.first_look import FirstLook, look_at_flights
 from impactjax._known import is_known, namespace
@@ -29,7 +29,7 @@ from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.trajectory import Trajectory
-from impactjax._types import Flag, Scalar
+from impactjax._types import Flag, Numbers, Scalar
 
 
 class ImpactTimes(AbstractRecording):
@@ -48,7 +48,7 @@ class ImpactTimes(AbstractRecording):
     times: Float[Array, " impacts"]
     valid: Valid
 
-    def __init__(self, times: ArrayLike, valid: ArrayLike | None = None) -> None:
+    def __init__(self, times: Numbers, valid: Numbers | None = None) -> None:
         self.times = as_parameter(times)
         check_list("times", self.times, self.times.shape)
         self.valid = counted(self.times, valid)

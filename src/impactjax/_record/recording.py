@@ -3,7 +3,6 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike
 
 from impactjax._first_look.first_look import FirstLook, look_at_motion
 from impactjax._first_look.hand_release import release
@@ -33,7 +32,7 @@ from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulate import simulate_logged
 from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.trajectory import Trajectory
-from impactjax._types import Flag, Samples, Scalar
+from impactjax._types import Flag, Numbers, Samples, Scalar
 
 _PADDING = 1e-3  # spacing of padding samples, relative to that of the others
 
@@ -61,10 +60,10 @@ class Recording(AbstractRecording):
 
     def __init__(
         self,
-        ts: ArrayLike,
-        values: ArrayLike,
+        ts: Numbers,
+        values: Numbers,
         quantity: AbstractQuantity,
-        valid: ArrayLike | None = None,
+        valid: Numbers | None = None,
     ) -> None:
         self.ts = as_parameter(ts)
         self.values = as_parameter(values)

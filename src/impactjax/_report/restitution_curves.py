@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
 from impactjax._compare.comparison import Fitted
 from impactjax._fit.estimate import Estimate
@@ -19,6 +19,7 @@ from impactjax._problem.parameters import replaced
 from impactjax._problem.problem import Problem
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
+from impactjax._types import Numbers
 
 _POINTS = 200
 
@@ -29,7 +30,7 @@ Curve = Float[Array | np.ndarray, " speeds"]
 class _ClosedForm(Protocol):
     """A force law whose impacts have a closed form."""
 
-    def equivalents(self, speed: ArrayLike, mass: ArrayLike) -> Equivalents: ...
+    def equivalents(self, speed: Numbers, mass: Numbers) -> Equivalents: ...
 
 
 def speeds_of(fits: Sequence[Fitted]) -> Float[Array, " speeds"]:

@@ -13,7 +13,7 @@ from impactjax._known import AnyArray
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._parameter import ranges
-from impactjax._types import Factors
+from impactjax._types import Factors, Numbers
 
 
 def limit(name: str, value: int) -> int:
@@ -37,7 +37,7 @@ def as_number(name: str, value: ArrayLike) -> AnyArray:
     return number
 
 
-def as_times(ts: ArrayLike) -> AnyArray:
+def as_times(ts: Numbers) -> AnyArray:
     """A list of at least one time."""
     times = _real("ts", ts)
     if times.ndim != 1 or times.size == 0:
@@ -47,14 +47,14 @@ def as_times(ts: ArrayLike) -> AnyArray:
     return times
 
 
-def _real(name: str, value: ArrayLike) -> AnyArray:
+def _real(name: str, value: Numbers) -> AnyArray:
     array = value if isinstance(value, jax.Array) else np.asarray(value)
     if not (jnp.issubdtype(array.dtype, jnp.floating) or jnp.issubdtype(array.dtype, jnp.integer)):
         raise TypeError(f"Argument `{name}` must be made of real numbers, but it is {value!r}.")
     return array
 
 
-def as_factors(factors: ArrayLike, dtype: np.dtype) -> Factors:
+def as_factors(factors: Numbers, dtype: np.dtype) -> Factors:
     """The factors of a run, one for each impact."""
     array = jnp.asarray(_real("factors", factors), dtype)
     if array.ndim != 1 or array.size == 0:

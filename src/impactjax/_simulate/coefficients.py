@@ -24,7 +24,7 @@ from impactjax._simulate.loop import record_steps
 from impactjax._simulate.replay import differentiable_path
 from impactjax._simulate.single_impact import LONGEST, time_scale
 from impactjax._simulate.state import Mode, Phase, State
-from impactjax._types import Energy, Force, Length, Mass, Ratio, Scalar, Speed
+from impactjax._types import Energy, Force, Length, Mass, Numbers, Ratio, Scalar, Speed
 
 _MAX_STEPS = 512
 
@@ -48,7 +48,7 @@ class Coefficients(NamedTuple):
 
 
 def coefficients_of_restitution(
-    law: AbstractForceLaw, speed: ArrayLike, mass: ArrayLike, *, tolerance: ArrayLike = 1e-12
+    law: AbstractForceLaw, speed: Numbers, mass: Numbers, *, tolerance: ArrayLike = 1e-12
 ) -> Coefficients:
     """The coefficients of an impact of a free mass, each from its definition.
 

@@ -37,7 +37,7 @@ from impactjax._simulate.sample import sample
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.trajectory import Stats, Trajectory
 from impactjax._simulate.varying import alike
-from impactjax._types import Factors, Flag, Samples, Scalar
+from impactjax._types import Factors, Flag, Numbers, Samples, Scalar
 
 T = TypeVar("T")
 
@@ -45,7 +45,7 @@ T = TypeVar("T")
 def simulate(
     model: ImpactOscillator,
     initial: InitialState,
-    ts: ArrayLike,
+    ts: Numbers,
     *,
     t0: ArrayLike | None = None,
     step: AbstractStep | None = None,
@@ -53,7 +53,7 @@ def simulate(
     max_steps: int = 1024,
     max_impacts: int = 64,
     chatter: Chatter = Chatter(),
-    factors: ArrayLike | None = None,
+    factors: Numbers | None = None,
 ) -> Trajectory:
     """Simulation of free flight and contact, with exact derivatives through every impact.
 
@@ -93,7 +93,7 @@ def simulate(
 def simulate_logged(
     model: ImpactOscillator,
     initial: InitialState,
-    ts: ArrayLike,
+    ts: Numbers,
     t0: ArrayLike | None,
     step: AbstractStep | None,
     tolerance: ArrayLike | None,
@@ -101,7 +101,7 @@ def simulate_logged(
     max_impacts: int,
     chatter: Chatter,
     logged: Flag | None,
-    factors: ArrayLike | None,
+    factors: Numbers | None,
 ) -> Trajectory:
     """Variant of `simulate`. The impact log is computed, without derivatives, if `logged` is true
     when the program runs; otherwise it is zero.

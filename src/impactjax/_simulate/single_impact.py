@@ -15,15 +15,15 @@ from impactjax._results import RESULTS
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.trajectory import Trajectory
-from impactjax._types import Length, Mass, Scalar, Speed, Time
+from impactjax._types import Length, Mass, Numbers, Scalar, Speed, Time
 
 LONGEST = 100.0  # contact, in time scales: the restitution of Kelvin-Voigt is 1e-43 then
 
 
 def single_impact(
     law: AbstractForceLaw,
-    speed: ArrayLike,
-    mass: ArrayLike,
+    speed: Numbers,
+    mass: Numbers,
     *,
     step: AbstractStep | None = None,
     tolerance: ArrayLike | None = None,
