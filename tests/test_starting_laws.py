@@ -11,21 +11,11 @@ import pytest
 import impactjax as ij
 from impactjax._compare.laws import LAWS, USUAL_LAWS
 from impactjax._first_look.first_look import FirstLook
+from laws import CLOSED, INTEGRATED, MASS, RIGID
 from tiers import thorough
 
-MASS, CONTACT = 0.02, 700.0
+CONTACT = 700.0
 SPEEDS = np.array([0.7, 0.6, 0.5, 0.4])
-CLOSED = [
-    "kelvin-voigt",
-    "kelvin-voigt-linear-restitution",
-    "maxwell",
-    "walton",
-    "hertz",
-    "simon",
-    "hunt-crossley",
-]
-RIGID = ["restitution", "linear-restitution", "power-restitution"]
-INTEGRATED = ["pust-peterka", "hertz-dashpot", "power-law"]
 
 
 def seen(r, slope=0.0):
@@ -39,12 +29,14 @@ def start(name, guess) -> Any:
 
 
 def test_starting_values_of_every_law_are_tested():
-    assert sorted(LAWS) == sorted(CLOSED + RIGID + INTEGRATED)
+    named = [*RIGID, *CLOSED, *INTEGRATED]
+    named.remove("kelvin-voigt without pull")
+    assert sorted(LAWS) == sorted(named)
     assert set(USUAL_LAWS) <= set(LAWS)
 
 
 @pytest.mark.parametrize("r", [0.3, 0.6, 0.9])
-@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize("name", [name for name in CLOSED if name in LAWS])
 def test_starting_law_has_observed_restitution_and_duration(name, r):
     law = start(name, seen(r))
     found = law.equivalents(seen(r).speed, MASS)
