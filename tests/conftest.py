@@ -27,3 +27,10 @@ def _no_programs_left() -> Iterator[None]:
     """Clears compiled programs after each file; other files do not need them."""
     yield
     jax.clear_caches()
+
+
+@pytest.fixture(scope="module")
+def numpy_promotes() -> Iterator[None]:
+    """NumPy's promotion of types, as in the command."""
+    with jax.numpy_dtype_promotion("standard"):
+        yield

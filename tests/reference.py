@@ -21,6 +21,26 @@ class Reference(NamedTuple):
     separation: np.ndarray
 
 
+def pendulum(omega_n: float, zeta: float = 0.0, friction: float = 0.0) -> Flow:
+    """Free flight θ″ = −2 ζ ω_n θ′ − ω_n² sin θ − f sgn θ′."""
+
+    def flow(t: float, y: np.ndarray) -> np.ndarray:
+        viscous, rubbed = 2 * zeta * omega_n * y[1], friction * np.sign(y[1])
+        return np.array([y[1], -viscous - omega_n**2 * np.sin(y[0]) - rubbed])
+
+    return flow
+
+
+def spring(omega_n: float, rest: float = 0.0) -> Flow:
+    """Free flight x″ = −ω_n² (x − x_rest)."""
+    return lambda t, y: np.array([y[1], -(omega_n**2) * (y[0] - rest)])
+
+
+def ball(gravity: float = 9.80665) -> Flow:
+    """Free flight x″ = −g."""
+    return lambda t, y: np.array([y[1], -gravity])
+
+
 def _until(flow: Flow, sign: int, t: float, y: np.ndarray, t1: float, max_step: float):
     """Dense solution until the place, times a sign, falls through zero, and where it does."""
 

@@ -21,13 +21,9 @@ from impactjax._report.given import given, given_sentences, taken
 from impactjax._report.page import page
 from impactjax._sensor.system import Start, System
 
+pytestmark = pytest.mark.usefixtures("numpy_promotes")
+
 GRAVITY = 9.80665
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _numpy_promotes():
-    with jax.numpy_dtype_promotion("standard"):
-        yield
 
 
 def system(oscillator, law=None, unit="rad", gap=0.0, velocity=0.0):

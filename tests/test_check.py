@@ -13,7 +13,7 @@ from scipy import signal
 import impactjax as ij
 from impactjax._check.flights import Motion
 from impactjax._check.noise import noise_of
-from reference import simulate_rigid
+from reference import ball, pendulum, simulate_rigid, spring
 from tiers import quick
 
 MOTION = ["omega_n", "zeta", "r", "theta0", "theta_dot0"]
@@ -33,7 +33,7 @@ def displacement(values, ts=TS):
 
 def bouncing(r=0.8, gravity=GRAVITY):
     """Heights of a ball from 0.2 m, by SciPy."""
-    found = simulate_rigid(lambda t, y: np.array([y[1], -gravity]), [0.2, 0.0], SHORT, lambda v: r)
+    found = simulate_rigid(ball(gravity), [0.2, 0.0], SHORT, lambda v: r)
     return noisy(found.position, 1e-4)
 
 
@@ -41,9 +41,7 @@ def bouncing(r=0.8, gravity=GRAVITY):
 def test_flights_of_a_ball_agree_with_integrator():
     motion = Motion(0.0, 0.0, GRAVITY, 0.2, 0.0, 0.0, 0.8, 0.02)
     places, hits = motion.along(SHORT)
-    found = simulate_rigid(
-        lambda t, y: np.array([y[1], -GRAVITY]), [0.2, 0.0], SHORT, lambda v: 0.8 - 0.02 * v
-    )
+    found = simulate_rigid(ball(), [0.2, 0.0], SHORT, lambda v: 0.8 - 0.02 * v)
     np.testing.assert_allclose(places, found.position, atol=1e-8)
     assert hits[0] == pytest.approx(np.sqrt(0.4 / GRAVITY))
 
@@ -54,7 +52,7 @@ def test_swings_onto_a_stop_agree_with_integrator(gap):
     omega = 20.0
     motion = Motion(omega, 0.0, 0.0, 0.03, 0.0, gap, 0.7, 0.0)
     found = simulate_rigid(
-        lambda t, y: np.array([y[1], -(omega**2) * (y[0] - gap)]),
+        spring(omega, gap),
         [0.03 + gap, 0.0],
         TS[:800],
         lambda v: 0.7,
@@ -220,9 +218,7 @@ STATED = {
 @pytest.mark.parametrize("words", STATED)
 def test_doubt_about_a_statement_that_the_record_contradicts(words, tmp_path):
     """A pendulum of 71 mm on a stop, by SciPy, with a noise of 0.1 deg."""
-    found = simulate_rigid(
-        lambda t, y: np.array([y[1], -(13.47**2) * np.sin(y[0])]), [0.78, 0.0], TS, lambda v: 0.7
-    )
+    found = simulate_rigid(pendulum(13.47), [0.78, 0.0], TS, lambda v: 0.7)
     angle = np.rad2deg(noisy(found.position, np.deg2rad(0.1)))
     file = tmp_path / "swing.csv"
     unit = "deg" if STATED[words] else "rad"

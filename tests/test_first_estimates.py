@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import impactjax as ij
 from impactjax._compare.laws import LAWS
 from impactjax._compare.oscillators import OSCILLATORS
-from reference import simulate_rigid
+from reference import ball, pendulum, simulate_rigid, spring
 from tiers import thorough
 
 DEGREE = math.pi / 180
@@ -62,11 +62,7 @@ def test_nonpositive_force_shows_no_contact():
 @pytest.mark.parametrize("r", [0.4, 0.6, 0.9])
 def test_first_look_at_impacting_pendulum(r, noise):
     omega = 13.47
-
-    def flow(t, y):
-        return np.array([y[1], -(omega**2) * np.sin(y[0])])
-
-    run = simulate_rigid(flow, [45 * DEGREE, 0.0], TS[:1401], lambda speed: r)
+    run = simulate_rigid(pendulum(omega), [45 * DEGREE, 0.0], TS[:1401], lambda speed: r)
     values = run.position + noise * NOISE[:1401]
     found = seen(values, ij.Angle(), ij.Pendulum(1.0, length=0.07), TS[:1401])
     assert not found.swings_freely
@@ -78,11 +74,7 @@ def test_first_look_at_impacting_pendulum(r, noise):
 
 def with_gap(gap, r, omega=25.0):
     """A spring-mass system whose stop is at −gap, from 30 mm, by SciPy."""
-
-    def flow(t, y):
-        return np.array([y[1], -(omega**2) * (y[0] - gap)])
-
-    run = simulate_rigid(flow, [0.03 + gap, 0.0], TS[:1401], lambda speed: r)
+    run = simulate_rigid(spring(omega, gap), [0.03 + gap, 0.0], TS[:1401], lambda speed: r)
     return run, run.position - gap
 
 
@@ -178,9 +170,7 @@ def test_first_look_keeps_other_oscillator_parameters():
 
 def test_first_look_figure_shows_detected_impacts():
     ts = TS[:1001]
-    flights = simulate_rigid(
-        lambda t, y: np.array([y[1], -9.80665]), [0.2, 0.0], ts, lambda speed: 0.8
-    ).position
+    flights = simulate_rigid(ball(), [0.2, 0.0], ts, lambda speed: 0.8).position
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(2 * flights + 0.5), ij.Displacement())
     known = {"gain": 2.0, "offset": 0.5}
     prepared = ij.prepare(recording, oscillator=ij.BouncingBall(), laws=["none"], fixed=known)

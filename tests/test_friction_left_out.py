@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from reference import simulate_rigid
+from reference import pendulum, simulate_rigid
 
 OMEGA_N, ZETA, R = 13.47, 0.0017, 0.6
 TIMES = np.linspace(0.0, 1.4, 701)
@@ -14,10 +14,7 @@ NOISE = np.radians(0.2)
 
 
 def record(friction, drift=0.0):
-    def flow(t, y):
-        rubbed = friction * np.sign(y[1])
-        return np.array([y[1], -2 * ZETA * OMEGA_N * y[1] - OMEGA_N**2 * np.sin(y[0]) - rubbed])
-
+    flow = pendulum(OMEGA_N, ZETA, friction)
     angles = simulate_rigid(flow, [np.pi / 4, 0.0], TIMES, lambda speed: R, max_step=5e-4).position
     noise = NOISE * np.random.default_rng(2).standard_normal(TIMES.size)
     return ij.Recording(TIMES, angles + drift * TIMES + noise, ij.Angle())

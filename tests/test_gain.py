@@ -10,7 +10,7 @@ from impactjax._fit.evaluation import evaluate
 from impactjax._fit.fit import best_from
 from impactjax._fit.search import Search
 from impactjax._problem.build_problem import build_problem
-from reference import simulate_rigid
+from reference import pendulum, simulate_rigid
 
 OMEGA_N, ZETA, R = 13.47, 0.0017, 0.6
 TIMES = np.linspace(0.0, 1.4, 701)
@@ -19,9 +19,7 @@ LARGE, SMALL = np.radians(45.0), np.radians(10.0)
 
 
 def record(gain, angle, seed=0):
-    def flow(t, y):
-        return np.array([y[1], -2 * ZETA * OMEGA_N * y[1] - OMEGA_N**2 * np.sin(y[0])])
-
+    flow = pendulum(OMEGA_N, ZETA)
     angles = simulate_rigid(flow, [angle, 0.0], TIMES, lambda speed: R).position
     noise = NOISE * np.random.default_rng(seed).standard_normal(TIMES.size)
     return ij.Recording(TIMES, gain * angles + noise, ij.Angle())

@@ -10,6 +10,7 @@ import pytest
 from jaxtyping import Array
 
 import impactjax as ij
+from records import record_file
 from reference import simulate_rigid
 
 OMEGA, BETA, R, GAUGE = 20.0, 3e4, 0.7, 0.02
@@ -88,11 +89,9 @@ def record(tmp_path_factory):
 
     place = simulate_rigid(flow, [0.05, 0.0], TS, lambda speed: R).position
     values = 1e6 * GAUGE * place + 2.0 * np.random.default_rng(6).standard_normal(len(TS))
+    sidecar = '[system]\noscillator = "duffing"\nlaws = ["constant"]\n'
     path = tmp_path_factory.mktemp("own") / "strain.csv"
-    rows = [f"{t}, {value}" for t, value in zip(TS, values, strict=True)]
-    path.write_text("\n".join(["time [s], strain [µm/m]", *rows]) + "\n", encoding="utf-8")
-    path.with_suffix(".toml").write_text('[system]\noscillator = "duffing"\nlaws = ["constant"]\n')
-    return path
+    return record_file(path, "strain [µm/m]", TS, values, sidecar)
 
 
 def test_parts_in_the_tables_are_found_by_name(record, tmp_path, monkeypatch):

@@ -3,7 +3,6 @@
 import re
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -16,11 +15,7 @@ from impactjax._report.document import document
 from impactjax._report.rows import law_rows
 from impactjax._report.words import sentences
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _numpy_promotes():
-    with jax.numpy_dtype_promotion("standard"):
-        yield
+pytestmark = pytest.mark.usefixtures("numpy_promotes")
 
 
 def white(seed: int, count: int) -> np.ndarray:

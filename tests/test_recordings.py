@@ -7,6 +7,7 @@ import pytest
 
 import impactjax as ij
 from impactjax._record.outliers import spikes
+from records import table
 from tiers import quick
 
 pytestmark = quick
@@ -27,11 +28,6 @@ def sampled(tmp_path, text, sidecar=None) -> ij.Recording:
     recording = read(tmp_path, text, sidecar).recording
     assert isinstance(recording, ij.Recording)
     return recording
-
-
-def table(header, times, values):
-    rows = [f"{t}, {x}" for t, x in zip(times, values, strict=True)]
-    return "\n".join([header, *rows]) + "\n"
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("s", 1), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6)])

@@ -8,7 +8,7 @@ import pytest
 from scipy import integrate
 
 import impactjax as ij
-from reference import simulate_rigid
+from reference import ball, pendulum, simulate_rigid
 from tiers import quick
 
 pytestmark = quick
@@ -29,10 +29,7 @@ def fall(ts, y0, zeta=0.01, friction=0.0):
 
 
 def bouncing(ts, y0):
-    def flow(t, y):
-        return np.array([y[1], -(OMEGA**2) * np.sin(y[0])])
-
-    return simulate_rigid(flow, y0, ts, lambda speed: 0.6).position
+    return simulate_rigid(pendulum(OMEGA), y0, ts, lambda speed: 0.6).position
 
 
 def found(
@@ -123,11 +120,7 @@ def test_release_of_ball_without_long_flights(held):
     """Its gravity is known, so that a hand shows without another flight to compare with."""
     ts = np.arange(int(240 * (held + 0.8))) / 240
     below = ts < held
-
-    def flow(t, y):
-        return np.array([y[1], -9.80665])
-
-    falls = simulate_rigid(flow, [0.3, 0.0], ts[~below] - held, lambda speed: 0.6).position
+    falls = simulate_rigid(ball(), [0.3, 0.0], ts[~below] - held, lambda speed: 0.6).position
     values = np.concatenate([np.full(np.count_nonzero(below), 0.3), falls])
     time = found(ts, values, 1e-3, ij.BouncingBall(), ij.Displacement())
     assert time is not None

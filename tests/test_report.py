@@ -4,7 +4,6 @@ import re
 from html.parser import HTMLParser
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
@@ -22,14 +21,10 @@ from impactjax._report.rows import law_rows, parameter_rows
 from impactjax._report.style import LAWS
 from impactjax._report.words import sentences
 
+pytestmark = pytest.mark.usefixtures("numpy_promotes")
+
 PICTURES = 11 + 8 + 10  # with impacts; without; from a list of impact times
 HOSTILE = '<script>alert("x")</script>&amp; \'"[bold]'
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _matplotlib_and_numpy_promote():
-    with jax.numpy_dtype_promotion("standard"):
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@
 import re
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -14,15 +13,9 @@ from estimates import COUNT, RESIDUAL_TS, leaving
 from impactjax._report.residual_words import residual_sentences
 from tiers import quick
 
-pytestmark = quick
+pytestmark = [quick, pytest.mark.usefixtures("numpy_promotes")]
 
 IMPACTS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _numpy_promotes():
-    with jax.numpy_dtype_promotion("standard"):
-        yield
 
 
 def white(seed: int, count: int = COUNT) -> np.ndarray:

@@ -9,6 +9,7 @@ import impactjax as ij
 from bad_files import GOOD
 from command import impactjax
 from impactjax._cli.options import options
+from records import record_file
 from tiers import quick
 
 pytestmark = quick
@@ -19,10 +20,7 @@ TS = np.arange(400) / 400
 
 def prepared(folder: Path, sidecar: str, header="angle [deg]", laws=("kelvin-voigt",), **said):
     values = 20 * np.abs(np.cos(12 * TS)) * 0.8 ** (12 * TS / np.pi)
-    rows = [f"{t}, {x}" for t, x in zip(TS, values, strict=True)]
-    path = folder / "swing.csv"
-    path.write_text("\n".join([f"time [s], {header}", *rows]) + "\n")
-    path.with_suffix(".toml").write_text(sidecar)
+    path = record_file(folder / "swing.csv", header, TS, values, sidecar)
     return ij.prepare(path, laws=laws, **said)
 
 

@@ -8,7 +8,8 @@ from scipy import signal
 
 import impactjax as ij
 from impactjax._record.read_recording import read_recording
-from reference import simulate_rigid
+from records import record_file
+from reference import pendulum, simulate_rigid
 from tiers import thorough
 
 OMEGA_N, R, DURATION, RATE, FINE = 13.0, 0.6, 1.4, 500, 20_000
@@ -18,12 +19,8 @@ NOISE = np.radians(0.2)
 
 def angles(cutoff=np.inf):
     """A pendulum released at 45 degrees that hits a stop, behind a low-pass at 20 kHz."""
-
-    def flow(t, y):
-        return np.array([y[1], -(OMEGA_N**2) * np.sin(y[0])])
-
     times = np.arange(round(DURATION * FINE)) / FINE
-    fine = simulate_rigid(flow, [np.pi / 4, 0.0], times, lambda speed: R).position
+    fine = simulate_rigid(pendulum(OMEGA_N), [np.pi / 4, 0.0], times, lambda speed: R).position
     if np.isfinite(cutoff):
         sections = signal.butter(2, cutoff, fs=FINE, output="sos")
         fine = signal.sosfilt(sections, fine, zi=signal.sosfilt_zi(sections) * fine[0])[0]
@@ -36,10 +33,7 @@ def recording(cutoff=np.inf):
 
 
 def written(path, sidecar):
-    rows = [f"{t}, {x}" for t, x in zip(TIMES, angles(), strict=True)]
-    path.write_text("\n".join(["time [s], angle [rad]", *rows]) + "\n", encoding="utf-8")
-    path.with_suffix(".toml").write_text(sidecar, encoding="utf-8")
-    return read_recording(path)
+    return read_recording(record_file(path, "angle [rad]", TIMES, angles(), sidecar))
 
 
 def experiment(record, **said):

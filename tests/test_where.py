@@ -10,26 +10,22 @@ from impactjax._compare.compare import compare_by
 from impactjax._fit.search import Search
 from impactjax._record.read_recording import read_recording
 from impactjax._report.words import sentences
-from reference import simulate_rigid
+from records import record_file
+from reference import ball, simulate_rigid, spring
 
 OMEGA, R, NOISE = 25.0, 0.65, 1e-4
 TS = np.arange(1000) / 1000
 
 
 def written(path, values, sidecar=""):
-    rows = [f"{t}, {x}" for t, x in zip(TS, values, strict=True)]
-    path.write_text("\n".join(["time [s], displacement [m]", *rows]) + "\n", encoding="utf-8")
-    path.with_suffix(".toml").write_text(sidecar, encoding="utf-8")
-    return read_recording(path)
+    return read_recording(record_file(path, "displacement [m]", TS, values, sidecar))
 
 
 def impacting(gap):
     """A mass on a spring, from 30 mm, that hits a stop at −gap, by SciPy."""
-
-    def flow(t, y):
-        return np.array([y[1], -(OMEGA**2) * (y[0] - gap)])
-
-    found = simulate_rigid(flow, [0.03 + gap, 0.0], TS, lambda speed: R).position - gap
+    found = (
+        simulate_rigid(spring(OMEGA, gap), [0.03 + gap, 0.0], TS, lambda speed: R).position - gap
+    )
     return found + NOISE * np.random.default_rng(4).standard_normal(len(TS))
 
 
@@ -78,10 +74,7 @@ def test_gap_beside_equilibrium_is_fitted(tmp_path, beside):
 
 
 def test_floor_of_ball_is_fitted_as_offset(tmp_path):
-    def flow(t, y):
-        return np.array([y[1], -9.80665])
-
-    heights = simulate_rigid(flow, [0.2, 0.0], TS, lambda speed: 0.8).position + 0.5
+    heights = simulate_rigid(ball(), [0.2, 0.0], TS, lambda speed: 0.8).position + 0.5
     file = written(tmp_path / "a.csv", heights)
     prepared = ij.prepare(file, oscillator=ij.BouncingBall(), laws=["restitution"])
     assert prepared.experiment.free == ("offset", "drift", "cutoff")
