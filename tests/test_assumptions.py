@@ -226,11 +226,10 @@ def test_scale_free_value_is_the_true_one(fitted):
     assert (own.name, own.unit) == ("alpha·length", "s/rad")
     assert abs(own.value - TRUTH["alpha"] * LEVER) < 4 * own.error
     assert set(known.own) == {"alpha"}
-    slopes = np.zeros(len(estimate.names))  # of alpha g / omega², by hand
-    i, j = (estimate.names.index(name) for name in ("alpha", "omega_n"))
-    slopes[i] = own.value / float(estimate.values[i])
-    slopes[j] = -2 * own.value / float(estimate.values[j])
-    expected = np.sqrt(slopes @ np.asarray(estimate.covariance) @ slopes)
+    both = [estimate.names.index(name) for name in ("alpha", "omega_n")]
+    powers = np.array([1.0, -2.0])  # of alpha g / omega², by hand
+    slopes = powers * own.value / np.asarray(estimate.values)[both]
+    expected = np.sqrt(slopes @ np.asarray(estimate.covariance)[np.ix_(both, both)] @ slopes)
     np.testing.assert_allclose(own.error, expected, rtol=1e-6)
 
 

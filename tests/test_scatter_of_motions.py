@@ -174,8 +174,8 @@ def test_change_must_stay_as_clear_beside_scatter(monkeypatch, falls, settled, k
     scattered = {0.0: at(-100.0, outcome=outcome), -falls[0]: at(-100.0 - falls[1])}
     monkeypatch.setattr(
         scattering,
-        "with_likely_scatter",
-        lambda each, *_: scattered[float(each.estimate.aic)].estimate,
+        "assuming_scatter",
+        lambda estimate, *_: scattered[float(estimate.aic)].estimate,
     )
     fits, more = ({fitted.name: at(aic)} for aic in (0.0, -falls[0]))
     assert scattering.explains_more(fits, more, own, Search()) is kept

@@ -1,6 +1,8 @@
-"""Scatter from impact to impact in a comparison: all models have it if the best one asks for it."""
+"""Scatter from impact to impact in a comparison: fitted to all models, unless it is stated."""
 
 from collections.abc import Mapping
+
+import numpy as np
 
 from impactjax._compare.comparison import Fitted
 from impactjax._compare.fit_models import Settings, ranked
@@ -10,23 +12,16 @@ from impactjax._fit.scatter_test import (
     as_held,
     assuming_scatter,
     follows_speed,
+    is_likely,
     may_scatter,
     with_normal_scatter,
 )
 from impactjax._fit.search import Search
+from impactjax._fit.uncertainty import holding_both
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 
-
-def with_likely_scatter(
-    fitted: Fitted, experiment: Experiment, search: Search
-) -> Estimate[Problem]:
-    """The estimate with scatter if that is likelier and the experiment does not exclude it, else
-    the estimate itself.
-    """
-    if experiment.scatter is not None:
-        return fitted.estimate
-    return assuming_scatter(fitted.estimate, search) or fitted.estimate
+_FEWEST = 4  # impacts that tell how far restitution may scatter without being noticed
 
 
 def explains_more(
@@ -40,33 +35,51 @@ def explains_more(
     """
     before, after = ranked(fits)[0], ranked(more)[0]
     enough = CLEAR if fall(before.estimate, after.estimate) >= CLEAR else 0.0
-    experiment = own[before.name]
-    plain = with_likely_scatter(before, experiment, search)
-    if plain is before.estimate or not bool(plain.converged):
+    if own[before.name].scatter is not None:
         return True
-    return fall(plain, with_likely_scatter(after, experiment, search)) > enough
+    plain = assuming_scatter(before.estimate, search)
+    if plain is None or not bool(plain.converged):
+        return True
+    scattered = assuming_scatter(after.estimate, search)
+    return fall(plain, scattered or after.estimate) > enough
 
 
 def scattering(
     fits: dict[str, Fitted], own: Mapping[str, Experiment], settings: Settings
 ) -> tuple[dict[str, Fitted], list[str]]:
-    """All fits with scatter if the best one is likelier with it, and the sentence on that."""
+    """All fits with scatter where it is not stated, and the sentence on that.
+
+    If scatter is not likelier, the intervals hold those with and without it, since scatter that is
+    too small to be noticed moves other parameters. Two or three impacts do not tell how large that
+    may be: then they have scatter only if it is likelier.
+    """
     best = ranked(fits)[0]
-    found = with_likely_scatter(best, own[best.name], settings.search)
-    if found is best.estimate:
+    if not _may_scatter(best, own):
+        return fits, []
+    found = with_normal_scatter(best.estimate, settings.search)
+    likely = is_likely(best.estimate, found)
+    few = int(np.asarray(best.estimate.impacts.count)) < _FEWEST
+    if not likely and (few or not bool(found.converged)):
         return fits, []
 
     def scattered(fitted: Fitted) -> Fitted:
-        wider = with_normal_scatter(fitted.estimate, settings.search)
-        settled = bool(wider.converged) or not bool(found.converged)
-        return fitted._replace(estimate=wider) if settled else fitted
+        if not _may_scatter(fitted, own):
+            return fitted
+        is_best = fitted.name == best.name
+        wider = found if is_best else with_normal_scatter(fitted.estimate, settings.search)
+        if bool(found.converged) and not bool(wider.converged):
+            return fitted
+        if likely:
+            return fitted._replace(estimate=wider)
+        plain = settings.with_intervals(fitted)
+        return plain._replace(estimate=holding_both(wider, plain.estimate))
 
-    more = {
-        name: each._replace(estimate=found) if name == best.name else scattered(each)
-        for name, each in fits.items()
-        if own[name].scatter is None and may_scatter(each.estimate)
-    }
-    return fits | more, [_words(best, found)]
+    more = dict(zip(fits, settings.each(scattered, fits.values()), strict=True))
+    return more, [_words(best, found)]
+
+
+def _may_scatter(fitted: Fitted, own: Mapping[str, Experiment]) -> bool:
+    return own[fitted.name].scatter is None and may_scatter(fitted.estimate)
 
 
 def _words(best: Fitted, after: Estimate[Problem]) -> str:
@@ -87,7 +100,12 @@ def _words(best: Fitted, after: Estimate[Problem]) -> str:
             f"The record asks for scatter of restitution from impact to impact of {size}: AIC "
             f"falls by {held.gain:.0f}.{wrong}"
         )
+    if held.gain > 0:
+        return (
+            f"Whether restitution scatters from impact to impact is not decided: with a "
+            f"scatter of {size} AIC falls by {held.gain:.0f} only. All intervals allow for it."
+        )
     return (
-        f"Whether restitution scatters from impact to impact is not decided: with a "
-        f"scatter of {size} AIC falls by {held.gain:.0f} only. All intervals allow for it."
+        f"The record does not ask for scatter of restitution from impact to impact, but would not "
+        f"show a small one ({size}): all intervals allow for it."
     )

@@ -14,7 +14,7 @@ from impactjax._fit.linear_scatter import Around, Effects, Mask, Step, Vector, c
 from impactjax._fit.mixed_model import marginal_likelihood, whitened
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.straight import straight
-from impactjax._fit.uncertainty import verdicts, within_ranges
+from impactjax._fit.uncertainty import holding_both, verdicts, within_ranges
 from impactjax._known import AnyArray, known, namespace
 from impactjax._outcome import Outcome
 from impactjax._problem.problem import Problem
@@ -172,7 +172,4 @@ def likelier(one: Estimate[Problem], other: Estimate[Problem]) -> Estimate[Probl
     share = best.independent_observations / float(best.problem.observations)
     if share * float(second.aic - best.aic) > _ALIKE:
         return best
-    low, high = jnp.minimum(best.low, second.low), jnp.maximum(best.high, second.high)
-    interval = within_ranges(best.problem, low, high)
-    verdict = verdicts(interval.below, interval.above, jnp.asarray(best.lasting))
-    return dataclasses.replace(best, low=interval.low, high=interval.high, verdicts=verdict)
+    return holding_both(best, second)

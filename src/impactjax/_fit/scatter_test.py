@@ -74,9 +74,13 @@ def assuming_scatter(
     if not may_scatter(estimate) or expected_fall(estimate, search) < _HOPELESS:
         return None
     found = with_normal_scatter(estimate, search)
-    held = as_held(estimate, found)
-    likely = held.gain > 0 if bool(found.converged) else held.is_needed
-    return found if likely else None
+    return found if is_likely(estimate, found) else None
+
+
+def is_likely(before: Estimate[Problem], after: Estimate[Problem]) -> bool:
+    """True if scatter lowers AIC; clearly, if the fit with it did not settle."""
+    held = as_held(before, after)
+    return held.gain > 0 if bool(after.converged) else held.is_needed
 
 
 def fall_of_aic(before: Estimate[Problem], after: Estimate[Problem]) -> float:

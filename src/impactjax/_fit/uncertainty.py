@@ -6,6 +6,7 @@ H⁻¹ cov(Jᵀ e) H⁻¹, the sandwich estimator.
 Source: H. White (1982), "Maximum likelihood estimation of misspecified models", Econometrica 50, 1.
 """
 
+import dataclasses
 from typing import NamedTuple
 
 import equinox as eqx
@@ -123,6 +124,19 @@ def verdicts(below: Array, above: Array, lasting: Array) -> Array:
     bounded = jnp.where(lasting, Verdict.UNDECIDED, Verdict.IDENTIFIED)
     both = jnp.where(below & above, bounded, Verdict.ONE_SIDED)
     return jnp.where(below | above, both, Verdict.NOT_IDENTIFIED).astype(jnp.int32)
+
+
+def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
+    """The estimate with intervals that hold those of another one of the same problem. A parameter
+    is undecided if an end is unknown.
+    """
+    ranges = [handle.allowed for handle in estimate.problem.handles().values()]
+    low, high = jnp.minimum(estimate.low, other.low), jnp.maximum(estimate.high, other.high)
+    below = low > jnp.array([allowed.low for allowed in ranges])
+    above = high < jnp.array([allowed.high for allowed in ranges])
+    found = verdicts(below, above, jnp.asarray(estimate.lasting))
+    found = jnp.where(jnp.isnan(low) | jnp.isnan(high), Verdict.UNDECIDED, found)
+    return dataclasses.replace(estimate, low=low, high=high, verdicts=found)
 
 
 def _spread(
