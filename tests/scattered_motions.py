@@ -30,7 +30,8 @@ def drawn(seed, scatter):
 
 def experiment(recording, **more):
     oscillator = ij.LinearOscillator(OMEGA, 0.0)
-    model = ij.ImpactOscillator(oscillator, ij.Stop(ij.Restitution(R)))
+    contact = more.pop("contact", ij.Restitution(R))
+    model = ij.ImpactOscillator(oscillator, ij.Stop(contact))
     fixed = more.pop("fixed", ["x0", "zeta"])
     simulation = ij.Simulation(max_steps=128, max_impacts=more.pop("max_impacts", 64))
     start = ij.InitialState(0.0, SPEED)

@@ -38,10 +38,11 @@ def compare(
     for (`left_out`), and its experiment does not list it in `fixed`, all models are fitted again
     with it, and a note says so; likewise with dry friction, where `prepare` found that nobody
     decided about it, if it lowers the criterion by 10 or more, and more than those parameters do.
-    If it lowers it by less, the best model is ranked with and without friction. Scatter of
-    restitution from impact to impact is fitted to all models whose experiment says nothing about it
-    if it lowers the criterion of the best one at all, so that the intervals allow for it; a change
-    that it explains better is not made.
+    If it lowers it by less, the best model is ranked with and without friction. A change that
+    scatter of restitution from impact to impact explains better is not made. Scatter is fitted to
+    all models whose experiment says nothing about it; if it does not lower the criterion of the
+    best one, the intervals hold those with and without it. Two or three impacts have it only if it
+    lowers the criterion.
 
     **Arguments:**
 

@@ -1,0 +1,60 @@
+"""Scatter from impact to impact that a recorded motion does not show, and the intervals that allow
+for it.
+"""
+
+import numpy as np
+import pytest
+
+import impactjax as ij
+from scattered_motions import OMEGA, R, experiment, record
+
+STARTS = ij.Starts(1)
+LINE = ij.LinearRestitution(R, 1e-3)
+
+
+def best(recording, contact=LINE, **more):
+    found = ij.compare({"own": experiment(recording, contact=contact, **more)}, starts=STARTS)
+    return found, found.best.estimate
+
+
+@pytest.mark.parametrize("seed", [7, 10, 15, 30])
+def test_slope_of_restitution_is_covered(seed):
+    """Five impacts of a constant restitution with a scatter of 0.4 %, fitted with r0 - alpha v. The
+    slope takes the scatter up.
+    """
+    recording = record(seed, 0.004, noise=4e-3, count=550)
+    plain = ij.profiled(ij.fit(experiment(recording, contact=LINE)))
+    assert not plain["alpha"].low < 0 < plain["alpha"].high
+    found, wider = best(recording)
+    assert found.notes[-1].startswith("The record does not ask for scatter")
+    assert wider["alpha"].low < 0 < wider["alpha"].high
+    assert wider["r0"].low < R < wider["r0"].high
+    assert wider.verdict("alpha") is ij.Verdict.IDENTIFIED
+
+
+def test_intervals_hold_those_with_and_without_scatter():
+    """One end of the initial velocity lies further out without scatter, those of restitution with."""
+    recording = record(1, 0.0, count=550)
+    _, wider = best(recording)
+    plain = ij.profiled(ij.fit(experiment(recording, contact=LINE)))
+    scattered = ij.fit(experiment(recording, contact=LINE, scatter=ij.NormalScatter()))
+    assert wider.scatter is not None
+    assert wider.scatter.low == 0
+    size = 0.01 * float(np.min(plain.high - plain.low))
+    np.testing.assert_allclose(wider.low, np.minimum(plain.low, scattered.low), atol=size)
+    np.testing.assert_allclose(wider.high, np.maximum(plain.high, scattered.high), atol=size)
+    assert np.any(wider.low < scattered.low - size)
+    assert np.any(wider.low < plain.low - size)
+
+
+def test_three_impacts_do_not_widen_intervals():
+    recording = record(1, 0.0, count=int(3.5 * np.pi / OMEGA * 400))
+    found, estimate = best(recording, contact=ij.Restitution(R))
+    assert int(estimate.impacts.count) == 3
+    assert estimate.scatter is None
+    assert not any("scatter" in note for note in found.notes)
+
+
+def test_excluded_scatter_leaves_intervals_as_they_are():
+    _, estimate = best(record(1, 0.0), scatter=ij.NoScatter())
+    assert estimate.scatter is None
