@@ -33,7 +33,7 @@ def test_slope_of_restitution_is_covered(seed):
 
 
 def test_intervals_hold_those_with_and_without_scatter():
-    """One end of the initial velocity lies further out without scatter, those of restitution with."""
+    """Some ends lie further out without scatter, those of restitution with it."""
     recording = record(1, 0.0, count=550)
     _, wider = best(recording)
     plain = ij.profiled(ij.fit(experiment(recording, contact=LINE)))
