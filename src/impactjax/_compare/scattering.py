@@ -47,7 +47,7 @@ def explains_more(
 def scattering(
     fits: dict[str, Fitted], own: Mapping[str, Experiment], settings: Settings
 ) -> tuple[dict[str, Fitted], list[str]]:
-    """All fits with scatter where it is not stated, and the sentence on that.
+    """All fits with scatter where it is not stated, and the sentence on scatter that is likelier.
 
     If scatter is not likelier, the intervals hold those with and without it, since scatter that is
     too small to be noticed moves other parameters. Two or three impacts do not tell how large that
@@ -75,7 +75,7 @@ def scattering(
         return plain._replace(estimate=holding_both(wider, plain.estimate))
 
     more = dict(zip(fits, settings.each(scattered, fits.values()), strict=True))
-    return more, [_words(best, found)]
+    return more, [_words(best, found)] if likely else []
 
 
 def _may_scatter(fitted: Fitted, own: Mapping[str, Experiment]) -> bool:
@@ -83,7 +83,7 @@ def _may_scatter(fitted: Fitted, own: Mapping[str, Experiment]) -> bool:
 
 
 def _words(best: Fitted, after: Estimate[Problem]) -> str:
-    """The sentence on scatter that was fitted as well."""
+    """The sentence on scatter that lowers the criterion."""
     held = as_held(best.estimate, after)
     if not bool(after.converged):
         return (
@@ -100,12 +100,7 @@ def _words(best: Fitted, after: Estimate[Problem]) -> str:
             f"The record asks for scatter of restitution from impact to impact of {size}: AIC "
             f"falls by {held.gain:.0f}.{wrong}"
         )
-    if held.gain > 0:
-        return (
-            f"Whether restitution scatters from impact to impact is not decided: with a "
-            f"scatter of {size} AIC falls by {held.gain:.0f} only. All intervals allow for it."
-        )
     return (
-        f"The record does not ask for scatter of restitution from impact to impact, but would not "
-        f"show a small one ({size}): all intervals allow for it."
+        f"Whether restitution scatters from impact to impact is not decided: with a "
+        f"scatter of {size} AIC falls by {held.gain:.0f} only. All intervals allow for it."
     )
