@@ -9,6 +9,7 @@ from numpy.polynomial import Chebyshev
 from scipy.integrate import solve_ivp
 
 import impactjax as ij
+from tiers import thorough
 
 K, C, N, P, MASS, OMEGA, GAP = 8.34e4, 155.5, 1.5, 0.7635, 0.198, 4.16, 0.153
 SLOWEST, FASTEST = 0.45, 0.55
@@ -45,6 +46,7 @@ def simulated(speed):
     return run.impacts.restitution[0]
 
 
+@thorough
 def test_restitution_at_every_speed_of_many():
     exact = Chebyshev.interpolate(np.vectorize(restitution), 10, [SLOWEST, FASTEST])
     speeds = np.linspace(SLOWEST, FASTEST, 501)

@@ -7,6 +7,8 @@ import sys
 
 import numpy as np
 
+from tiers import thorough
+
 # Without fusing of producers with several outputs, and unoptimised: `inside` of `power` at the end
 # of contact was found to differ between the kernels of one program.
 OPTIONS = (
@@ -38,6 +40,7 @@ print(json.dumps([[(f(x) * x).tolist() for f in (slopes, expected)] for x in cas
 """
 
 
+@thorough
 def test_derivatives_under_differently_rounding_kernels():
     environment = {**os.environ, "XLA_FLAGS": OPTIONS}
     run = subprocess.run(

@@ -39,7 +39,7 @@ def edges(step):
     return jax.jit(jax.vmap(lambda p: [told(p), *(way(told)(p) for way in WAYS)]))(EDGES)
 
 
-@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("step", mostly_thorough(STEPS, "Taylor"))
 def test_derivatives_of_rest_at_end_of_run(step):
     value, *slopes = (each[REST] for each in edges(step))
     r, height, _, t1 = map(float, EDGES[REST])
@@ -64,6 +64,7 @@ def test_derivative_of_single_sample_at_start(step):
         np.testing.assert_array_equal(slope[2:, :3], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
+@thorough
 @pytest.mark.parametrize("steps", [128, 32], ids=["runs", "fails"])
 def test_overflow_beyond_step_end_gives_no_nan_derivative(steps):
     """A ball thrown up against drag, x = ln(1 + d v t) / d. A step is followed to all times of a

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 import impactjax as ij
 from impactjax._simulate.disturbance import _rates, _rates_of_two
-from tiers import quick
+from tiers import quick, thorough
 
 TIMES = np.linspace(0.0, 5.0, 11)
 
@@ -77,6 +77,7 @@ def resting(p, times):
     return -9.81 / omega0**2 + amplitude * frequency**2 * jnp.sin(phase) / jnp.hypot(stiff, slow)
 
 
+@thorough
 @pytest.mark.parametrize("gamma", [0.03, 0.3, 1.0, 1.5])
 def test_derivatives_of_mass_resting_in_shaken_stop(gamma):
     """The fast motion of the contact has faded: few steps are enough, also for all derivatives."""

@@ -162,6 +162,7 @@ def test_single_impact_of_user_defined_law():
     np.testing.assert_allclose(found.duration, 2 * deepest / 0.7 * half, rtol=1e-10)
 
 
+@thorough
 def test_single_impact_without_rebound():
     for law in (ij.KelvinVoigt(W, 1.2), ij.Maxwell(W, 1.2)):
         for found in (law.equivalents(SPEEDS, MASS), single_impacts(law, SPEEDS)):
@@ -266,6 +267,7 @@ def test_closed_form_is_traced_once_for_all_speeds(monkeypatch):
     assert seen[1] == seen[0] > 0
 
 
+@thorough
 def test_derivatives_of_an_impact_are_as_accurate_as_its_values():
     stiffnesses, speeds = np.geomspace(1e4, 1e8, 40), np.geomspace(5.0, 0.1, 40)
 

@@ -7,6 +7,7 @@ import pytest
 
 import impactjax as ij
 from reference import pendulum, simulate_rigid
+from tiers import thorough
 
 OMEGA_N, ZETA, R = 13.47, 0.0017, 0.6
 TIMES = np.linspace(0.0, 1.4, 701)
@@ -44,6 +45,7 @@ def test_record_without_friction_is_not_fitted_with_it():
     assert len(comparison) == 1
 
 
+@thorough
 def test_friction_that_is_not_decided_is_given_beside_none(tmp_path):
     """The damping ratio then covers both models; so do a held-out part and the report."""
     prepared = ij.prepare(record(0.15), laws=["restitution"], fixed={"gain": 1.0})
@@ -59,6 +61,7 @@ def test_friction_that_is_not_decided_is_given_beside_none(tmp_path):
     assert "with dry friction" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
+@thorough
 def test_drift_does_not_pass_for_friction():
     comparison, _ = compared(record(0.0, drift=np.radians(0.5)))
     estimate = comparison.best.estimate

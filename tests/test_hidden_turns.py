@@ -7,6 +7,7 @@ import pytest
 
 import impactjax as ij
 from impactjax._simulate.dip import closest_to_zero
+from tiers import thorough
 
 GRAVITY, NODES = 9.81, 5
 
@@ -73,6 +74,7 @@ def with_close_turns(t):
     return lanes.T[close], place[close], rate[close]
 
 
+@thorough
 def test_nearest_miss_of_ball_over_shaking_floor():
     """In closed form, on a fine grid."""
     t = np.linspace(0.0, 0.6, 3001)

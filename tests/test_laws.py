@@ -131,6 +131,7 @@ def test_power_restitution_never_exceeds_one():
     assert (float(by_law.r0), float(by_law.alpha)) == (0, 0)
 
 
+@thorough
 def test_power_restitution_slows_to_elastic_speed():
     law = ij.PowerRestitution(0.6, 0.25)
     run = ij.simulate(
@@ -185,6 +186,7 @@ def test_maxwell_leaves_a_residual_indentation():
     np.testing.assert_allclose(run.velocity[1:], r * SPEED, rtol=1e-11)
 
 
+@thorough
 def test_maxwell_contact_resumes_at_indentation():
     """A ball whose rebound does not leave the indentation: SciPy, restarted where it separates."""
     omega0, gamma, gravity, speed = 700.0, 0.6, 9.81, 2.0

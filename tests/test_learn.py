@@ -16,6 +16,7 @@ from scipy import optimize
 
 import impactjax as ij
 from estimates import SMALL
+from tiers import thorough
 
 GRAVITY = 9.80665
 COUNT, NOISE = 40, 1e-4
@@ -159,6 +160,7 @@ def named():
     return jax.jit(jax.vmap(one))(jnp.stack([heard(softening, seed).times for seed in range(3)]))
 
 
+@thorough
 def test_learn_with_adam_agrees_with_scipy():
     many = named()
     assert many.names == ("r0", "alpha", "x_dot0", "t0")
@@ -246,6 +248,7 @@ def of_many_weights():
     return of_mean(0.75, 0.49)
 
 
+@thorough
 def test_learn_with_many_weights_agrees_with_scipy():
     found = of_many_weights()
     known = optimize.least_squares(lambda p: heights(*p) - VALUES, [0.8, 0.5], jac="3-point")

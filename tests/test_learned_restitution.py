@@ -120,6 +120,7 @@ def test_force_law_may_have_array_field():
     np.testing.assert_allclose(run.velocity[1], 0.27**0.5, rtol=1e-7)
 
 
+@thorough
 @pytest.mark.parametrize("order", mostly_thorough([9, 11, 15], 9))
 def test_force_vanishing_at_surface_ends_contact_once(order):
     """A lossless spring without pull: the force and the indentation are zero at one time, and

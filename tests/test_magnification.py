@@ -7,7 +7,7 @@ import pytest
 from mpmath import mp, mpf
 
 import impactjax as ij
-from tiers import mostly_thorough
+from tiers import mostly_thorough, thorough
 
 OMEGA, R, GAP, TOLERANCE = 8.0, 0.9, 0.5, 1e-8
 
@@ -87,6 +87,7 @@ def test_too_many_rests_give_result_code():
     assert run.rests.count == 4
 
 
+@thorough
 @pytest.mark.parametrize("shift", mostly_thorough([0.0, 1e-12, 1e-6], 0.0))
 def test_run_may_end_at_release(shift):
     """With g = a Omega² sin(Omega t + phase) at the end."""

@@ -208,6 +208,7 @@ def test_scattered_starts_are_inside_ranges():
     assert np.ptp(r) > 0.7
 
 
+@thorough
 def test_fit_of_constants_inside_jit():
     """The search is part of the program, and ends at the same minimum as outside, where a rough
     search comes first.

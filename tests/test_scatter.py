@@ -11,7 +11,7 @@ from scipy import integrate, stats
 
 import impactjax as ij
 from impactjax._fit.mixed_model import OwnNoise, mixed_model, whitened
-from tiers import quick, thorough
+from tiers import mostly_thorough, quick, thorough
 
 GRAVITY, R, SPEED = 9.80665, 0.9, 3.0
 BOUNCES = 12
@@ -61,7 +61,7 @@ def test_factors_multiply_separation_speeds():
     assert value == pytest.approx(closed_form(POINT), abs=1e-12)
 
 
-@pytest.mark.parametrize("derivative", [jax.jacfwd, jax.jacrev])
+@pytest.mark.parametrize("derivative", mostly_thorough([jax.jacfwd, jax.jacrev], jax.jacfwd))
 def test_derivatives_by_factors_are_exact(derivative):
     found = derivative(ball_at)(jnp.array(POINT), ij.Restitution)
     complex_step = [
@@ -210,6 +210,7 @@ def test_intervals_hold_where_restitution_scatters():
     assert covered(fits(times, ij.NoScatter())) < 0.6
 
 
+@thorough
 def test_jit_and_host_agree_on_scatter():
     times = records(0.01, count=1)
     values, low, high, size = fits(times, ij.NormalScatter())

@@ -213,6 +213,7 @@ def test_joint_fit_refuses_priors_of_nothing_and_twice(names, sentence):
         ij.fit_together(both, shared=("x_dot0",))
 
 
+@thorough
 def test_log_density_of_a_joint_problem_weighs_the_prior():
     """The difference of two points, by SciPy's normal densities."""
     known = ij.Normal(0.5, 0.01)

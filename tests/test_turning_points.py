@@ -49,6 +49,7 @@ def first_turns(parameters):
     return jnp.minimum(GAPS[0] + low, GAPS[1] - high)
 
 
+@thorough
 def test_nearest_miss_of_decaying_oscillators():
     draw = np.random.default_rng(3).uniform
     x, v = draw(-1.5, 1.5, 48), draw(-6.0, 6.0, 48)
@@ -254,6 +255,7 @@ def test_depth_of_creeping_mass():
     assert np.all(found.restitution[1:] == 0)
 
 
+@thorough
 @pytest.mark.parametrize("step", [ij.TaylorStep(order=4), ij.RungeKutta(diffrax.Bosh3())])
 def test_end_of_run_before_stop_is_near_miss(step):
     def miss(parameters):

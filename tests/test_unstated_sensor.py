@@ -110,6 +110,7 @@ def test_low_pass_that_is_stated_not_to_be_there_is_not_fitted():
     assert "cutoff" not in ij.compare(prepared, starts=ij.Starts(4)).best.estimate.names
 
 
+@thorough
 def test_coarse_record_without_low_pass_tells_of_none():
     """Two minima differ little; the intervals hold what they would without a low-pass."""
     coarse = ij.Recording(TIMES[::5], angles()[::5], ij.Angle())
@@ -142,6 +143,7 @@ def test_low_pass_of_filtered_record_is_found():
         assert own.low <= truth <= own.high, name
 
 
+@thorough
 def test_record_without_low_pass_gives_least_cutoff():
     """The interval of the restitution is as wide as without a low-pass."""
     estimate = fitted(recording())
@@ -157,6 +159,7 @@ def test_record_without_low_pass_gives_least_cutoff():
     assert own.high - own.low == pytest.approx(other.high - other.low, rel=0.25)
 
 
+@thorough
 @pytest.mark.parametrize("start", [15.0, 500.0])
 def test_scattered_starts_find_the_low_pass_from_afar(start):
     """There are several minima; those found differ by less than one in χ²."""

@@ -9,6 +9,7 @@ from jaxtyping import Array
 
 import impactjax as ij
 from systems import Own
+from tiers import thorough
 
 
 def _forced(t, position, velocity, omega, a, frequency):
@@ -47,6 +48,7 @@ def test_derivative_by_the_amplitude_of_an_own_force(a, step):
     np.testing.assert_allclose(jax.jacfwd(position)(a), exact, atol=1e-9)
 
 
+@thorough
 def test_derivative_by_a_vanishing_base_amplitude_in_a_compliant_stop():
     omega0, gamma, frequency, phase, ts = 200.0, 0.6, 8.0, 0.3, np.array([2.5, 3.0])
 
@@ -61,6 +63,7 @@ def test_derivative_by_a_vanishing_base_amplitude_in_a_compliant_stop():
     np.testing.assert_allclose(jax.jacfwd(position)(0.0), exact, rtol=1e-6)
 
 
+@thorough
 def test_derivative_of_a_summed_chatter_by_a_vanishing_base_amplitude():
     """By perturbation of each flight, in 60 digits: −991.71822636."""
 
@@ -111,6 +114,7 @@ def test_a_mass_with_drag_leaves_its_equilibrium():
     np.testing.assert_allclose(run.position, exact / (omega**2 - frequency**2), atol=1e-16)
 
 
+@thorough
 @pytest.mark.parametrize(
     "law", [ij.Maxwell(60.0, 0.15), ij.KelvinVoigt(600.0, 0.3, separation=ij.AtZeroForce())]
 )
@@ -140,6 +144,7 @@ def test_speeds_out_of_order_are_refused_under_jit(speeds):
     assert result(jnp.array(speeds)) == ij.RESULTS.impossible_parameters
 
 
+@thorough
 def test_reverse_derivative_of_an_own_law_with_an_infinite_slope_at_rest():
     """One bounce of a ball: x = r v τ − g τ²/2 with dr/dC = −v^(1/5)."""
     g, height, t = 9.81, 0.2, 0.4
