@@ -33,7 +33,8 @@ def experiment(recording, **more):
     contact = more.pop("contact", ij.Restitution(R))
     model = ij.ImpactOscillator(oscillator, ij.Stop(contact))
     fixed = more.pop("fixed", ["x0", "zeta"])
-    simulation = ij.Simulation(max_steps=128, max_impacts=more.pop("max_impacts", 64))
+    steps, impacts = more.pop("max_steps", 128), more.pop("max_impacts", 64)
+    simulation = ij.Simulation(max_steps=steps, max_impacts=impacts)
     start = ij.InitialState(0.0, SPEED)
     return ij.Experiment(model, recording, start, fixed=fixed, simulation=simulation, **more)
 

@@ -10,7 +10,7 @@ from impactjax._compare.enlarge import enlarged
 from impactjax._compare.fit_models import Each, Progress, Settings, fit_models, ranked
 from impactjax._compare.holdout import check_holdout, fitted_part, prediction
 from impactjax._compare.prepare import Prepared
-from impactjax._compare.scattering import explains_more, scattering
+from impactjax._compare.scattering import explains_more, with_intervals
 from impactjax._fit.fit import check_search
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
@@ -39,10 +39,10 @@ def compare(
     with it, and a note says so; likewise with dry friction, where `prepare` found that nobody
     decided about it, if it lowers the criterion by 10 or more, and more than those parameters do.
     If it lowers it by less, the best model is ranked with and without friction. A change that
-    scatter of restitution from impact to impact explains better is not made. Scatter is fitted to
-    all models whose experiment says nothing about it; if it does not lower the criterion of the
-    best one, the intervals hold those with and without it. Two or three impacts have it only if it
-    lowers the criterion.
+    scatter of restitution from impact to impact explains better is not made. If the experiment of
+    the best model says nothing about scatter, that is fitted to all models that do not exclude it.
+    They keep it if it lowers the criterion of the best one. If not, and there are four impacts or
+    more, the intervals hold those with and without it.
 
     **Arguments:**
 
@@ -83,9 +83,8 @@ def compare_by(
             break
         own, fits, sentence = change
         said.append(sentence)
-    fits, on_scatter = scattering(fits, own, settings) if fits else (fits, [])
+    fits, on_scatter = with_intervals(fits, own, settings) if fits else (fits, [])
     said += on_scatter
-    fits = dict(zip(fits, each(settings.with_intervals, fits.values()), strict=True))
     if holdout > 0:
         whole = next(iter(given.values())).recording
         fits = {name: _scored(fitted, whole, settings) for name, fitted in fits.items()}

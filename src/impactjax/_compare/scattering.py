@@ -1,4 +1,4 @@
-"""Scatter from impact to impact in a comparison: fitted to all models, unless it is stated."""
+"""Scatter from impact to impact in a comparison: allowed for in all models, unless it is stated."""
 
 from collections.abc import Mapping
 
@@ -44,38 +44,39 @@ def explains_more(
     return fall(plain, scattered or after.estimate) > enough
 
 
-def scattering(
-    fits: dict[str, Fitted], own: Mapping[str, Experiment], settings: Settings
+def with_intervals(
+    fits: Mapping[str, Fitted], own: Mapping[str, Experiment], settings: Settings
 ) -> tuple[dict[str, Fitted], list[str]]:
-    """All fits with scatter where it is not stated, and the sentence on scatter that is likelier.
+    """All fits with intervals that allow for scatter where it is not stated, and the sentence on
+    that.
 
-    If scatter is not likelier, the intervals hold those with and without it, since scatter that is
-    too small to be noticed moves other parameters. Two or three impacts do not tell how large that
-    may be: then they have scatter only if it is likelier.
+    If scatter makes the best fit likelier, all fits get it. If not, the intervals hold those of the
+    profile likelihood without scatter and those with it, since scatter that is too small to be
+    noticed moves other parameters. Two or three impacts do not tell how large that may be: their
+    intervals allow for scatter only if it is likelier.
     """
     best = ranked(fits)[0]
-    if not _may_scatter(best, own):
-        return fits, []
-    found = with_normal_scatter(best.estimate, settings.search)
-    likely = is_likely(best.estimate, found)
-    few = int(np.asarray(best.estimate.impacts.count)) < _FEWEST
-    if not likely and (few or not bool(found.converged)):
-        return fits, []
+    found = with_normal_scatter(best.estimate, settings.search) if _may_scatter(best, own) else None
+    likely = found is not None and is_likely(best.estimate, found)
+    several = int(np.asarray(best.estimate.impacts.count)) >= _FEWEST
+    if found is None or not (likely or (several and bool(found.converged))):
+        profiled = settings.each(settings.with_intervals, fits.values())
+        return dict(zip(fits, profiled, strict=True)), []
 
-    def scattered(fitted: Fitted) -> Fitted:
+    def finished(fitted: Fitted) -> Fitted:
         if not _may_scatter(fitted, own):
-            return fitted
+            return settings.with_intervals(fitted)
         is_best = fitted.name == best.name
         wider = found if is_best else with_normal_scatter(fitted.estimate, settings.search)
         if bool(found.converged) and not bool(wider.converged):
-            return fitted
+            return settings.with_intervals(fitted)
         if likely:
             return fitted._replace(estimate=wider)
         plain = settings.with_intervals(fitted)
-        return plain._replace(estimate=holding_both(wider, plain.estimate))
+        return plain._replace(estimate=holding_both(plain.estimate, wider))
 
-    more = dict(zip(fits, settings.each(scattered, fits.values()), strict=True))
-    return more, [_words(best, found)] if likely else []
+    more = dict(zip(fits, settings.each(finished, fits.values()), strict=True))
+    return more, [_words(best, found)]
 
 
 def _may_scatter(fitted: Fitted, own: Mapping[str, Experiment]) -> bool:
@@ -83,7 +84,7 @@ def _may_scatter(fitted: Fitted, own: Mapping[str, Experiment]) -> bool:
 
 
 def _words(best: Fitted, after: Estimate[Problem]) -> str:
-    """The sentence on scatter that lowers the criterion."""
+    """The sentence on scatter that was allowed for."""
     held = as_held(best.estimate, after)
     if not bool(after.converged):
         return (
@@ -100,7 +101,12 @@ def _words(best: Fitted, after: Estimate[Problem]) -> str:
             f"The record asks for scatter of restitution from impact to impact of {size}: AIC "
             f"falls by {held.gain:.0f}.{wrong}"
         )
+    if held.gain > 0:
+        return (
+            f"Whether restitution scatters from impact to impact is not decided: with a "
+            f"scatter of {size} AIC falls by {held.gain:.0f} only. All intervals allow for it."
+        )
     return (
-        f"Whether restitution scatters from impact to impact is not decided: with a "
-        f"scatter of {size} AIC falls by {held.gain:.0f} only. All intervals allow for it."
+        f"The record does not ask for scatter of restitution from impact to impact, but would not "
+        f"show a small one ({size}): all intervals allow for it."
     )

@@ -127,16 +127,38 @@ def verdicts(below: Array, above: Array, lasting: Array) -> Array:
 
 
 def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
-    """The estimate with intervals that hold those of another one of the same problem. A parameter
-    is undecided if an end is unknown.
+    """The estimate with intervals that hold those of another one of the same problem, and errors
+    that grow with them.
+
+    An interval stays if that of the other one is open on both sides, and its own would be in linear
+    approximation: then the other one is open for this reason only. A parameter is undecided if an
+    end is unknown.
     """
-    ranges = [handle.allowed for handle in estimate.problem.handles().values()]
-    low, high = jnp.minimum(estimate.low, other.low), jnp.maximum(estimate.high, other.high)
-    below = low > jnp.array([allowed.low for allowed in ranges])
-    above = high < jnp.array([allowed.high for allowed in ranges])
+    below, above = _bounded(other)
+    least = estimate.values - _NORMAL * estimate.standard_errors
+    silent = ~below & ~above & ~_bounded(dataclasses.replace(estimate, low=least))[0]
+    low = jnp.where(silent, estimate.low, jnp.minimum(estimate.low, other.low))
+    high = jnp.where(silent, estimate.high, jnp.maximum(estimate.high, other.high))
+    wider = dataclasses.replace(estimate, low=low, high=high)
+    below, above = (side & jnp.asarray(estimate.usable) for side in _bounded(wider))
     found = verdicts(below, above, jnp.asarray(estimate.lasting))
-    found = jnp.where(jnp.isnan(low) | jnp.isnan(high), Verdict.UNDECIDED, found)
-    return dataclasses.replace(estimate, low=low, high=high, verdicts=found)
+    unknown = jnp.isnan(low) | jnp.isnan(high) | (estimate.verdicts == Verdict.UNDECIDED)
+    growth = (high - low) / (estimate.high - estimate.low)
+    growth = jnp.where(below & above & jnp.isfinite(growth), growth, 1.0)
+    return dataclasses.replace(
+        wider,
+        verdicts=jnp.where(unknown, Verdict.UNDECIDED, found).astype(jnp.int32),
+        standard_errors=estimate.standard_errors * growth,
+        covariance=estimate.covariance * jnp.outer(growth, growth),
+        inflation=estimate.inflation * growth,
+    )
+
+
+def _bounded(estimate: Estimate[P]) -> tuple[Array, Array]:
+    """Masks of the parameters whose interval ends within their range below, and above."""
+    ranges = [handle.allowed for handle in estimate.problem.handles().values()]
+    low, high = jnp.asarray(estimate.low), jnp.asarray(estimate.high)
+    return low > jnp.array([x.low for x in ranges]), high < jnp.array([x.high for x in ranges])
 
 
 def _spread(

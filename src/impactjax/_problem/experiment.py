@@ -47,8 +47,9 @@ class Experiment(eqx.Module):
     - `loss`: cost of a residual: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` against outliers.
     - `scatter`: distribution of the speed after each impact around that of the law:
       `NormalScatter()` or `NoScatter()`. By default impact times with at least four flights have
-      `NormalScatter()`, everything else `NoScatter()`; but `compare` fits scatter to motions with
-      four impacts or more, and `with_left_out` does if the record asks for it.
+      `NormalScatter()`, everything else `NoScatter()`; but intervals of `compare` allow for scatter
+      of motions with four impacts or more, and it and `with_left_out` fit scatter if the record
+      asks for it.
     - `noise`: model of the residuals' correlation, from which the errors follow.
     - `simulation`: settings of the simulation.
 

@@ -233,7 +233,7 @@ def _scatter(estimate: Estimate[Problem]) -> list[str]:
     if float(scatter.low) == 0:
         return [
             "The record does not tell whether restitution scatters from impact to impact: if it "
-            f"does, then by {size}. All intervals allow for that."
+            f"does, then by {size}."
         ]
     found = [
         f"Restitution scatters from impact to impact by {size}: 95 % of single impacts have "
