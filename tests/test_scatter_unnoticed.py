@@ -4,6 +4,7 @@ for it.
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import impactjax as ij
 from scattered_motions import OMEGA, R, experiment, record
@@ -45,8 +46,10 @@ def test_intervals_hold_those_with_and_without_scatter():
     np.testing.assert_allclose(wider.high, np.maximum(plain.high, scattered.high), atol=size)
     assert np.any(wider.low < scattered.low - size)
     assert np.any(wider.low < plain.low - size)
-    growth = (wider.high - wider.low) / (plain.high - plain.low)
-    np.testing.assert_allclose(wider.standard_errors / plain.standard_errors, growth, rtol=1e-2)
+    halves = np.asarray(wider.high - wider.low) / 2 / stats.t.ppf(0.975, float(plain.freedom))
+    expected = np.maximum(plain.standard_errors, halves)
+    np.testing.assert_allclose(wider.standard_errors, expected, rtol=1e-6)
+    assert np.any(expected > 1.1 * np.asarray(plain.standard_errors))
     assert float(wider.aic) == pytest.approx(float(plain.aic))
 
 

@@ -128,7 +128,7 @@ def verdicts(below: Array, above: Array, lasting: Array) -> Array:
 
 def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
     """The estimate with intervals that hold those of another one of the same problem, and errors
-    that grow with them.
+    that grow where the intervals are too wide for them.
 
     An interval stays if that of the other one is open on both sides, and its own would be in linear
     approximation: then the other one is open for this reason only. A parameter is undecided if an
@@ -143,8 +143,9 @@ def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
     below, above = (side & jnp.asarray(estimate.usable) for side in _bounded(wider))
     found = verdicts(below, above, jnp.asarray(estimate.lasting))
     unknown = jnp.isnan(low) | jnp.isnan(high) | (estimate.verdicts == Verdict.UNDECIDED)
-    growth = (high - low) / (estimate.high - estimate.low)
-    growth = jnp.where(below & above & jnp.isfinite(growth), growth, 1.0)
+    quantile = special.stdtrit(np.asarray(estimate.freedom), 0.975)
+    growth = (high - low) / (2 * quantile * estimate.standard_errors)
+    growth = jnp.where(below & above & (growth > 1), growth, 1.0)
     return dataclasses.replace(
         wider,
         verdicts=jnp.where(unknown, Verdict.UNDECIDED, found).astype(jnp.int32),
