@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 import impactjax as ij
+from impactjax._compare.fit_models import _is_worse
 from scattered_motions import OMEGA, R, experiment, record
 
 STARTS = ij.Starts(1)
@@ -85,3 +86,12 @@ def test_model_that_misses_the_record_identifies_nothing():
     _, estimate = best(record(1, 0.0, count=480), contact=ij.Restitution(R), fixed=fixed)
     assert float(estimate.misfit) > 0
     assert estimate.verdict("r") is ij.Verdict.NOT_IDENTIFIED
+
+
+def test_model_with_scatter_is_no_special_case_of_one_without():
+    """Its residuals are smaller, as those after the deviations of each impact."""
+    plain = ij.fit(experiment(record(1, 0.02)))
+    scattered = ij.fit(experiment(record(1, 0.02), scatter=ij.NormalScatter()))
+    assert scattered.rms < plain.rms
+    assert not _is_worse(plain, scattered)
+    assert not _is_worse(scattered, plain)
