@@ -116,6 +116,8 @@ def test_damping_at_the_end_of_its_range_stays_there():
     assert found.converged
     assert found["zeta"].value >= 0
     assert found["zeta"].low == 0
+    assert found["zeta"].standard_error < found["zeta"].high < np.inf
+    assert found.reason("zeta") is ij.Reason.OPEN_BELOW
     assert holds(found)
 
 

@@ -63,8 +63,20 @@ def test_three_impacts_do_not_widen_intervals():
 
 
 def test_excluded_scatter_leaves_intervals_as_they_are():
-    _, estimate = best(record(1, 0.0), scatter=ij.NoScatter())
-    assert estimate.scatter is None
+    own = experiment(record(1, 0.0), scatter=ij.NoScatter())
+    estimate = ij.compare({"own": own}, starts=STARTS).best.estimate
+    plain = ij.profiled(ij.fit(own))
+    np.testing.assert_allclose(estimate.high - estimate.low, plain.high - plain.low, rtol=1e-6)
+
+
+def test_scatter_that_is_not_decided_narrows_no_interval():
+    """With scatter the damping ends at zero, and the others are as if it were known."""
+    recording = record(1, 0.0, count=int(4.5 * np.pi / OMEGA * 400))
+    found, estimate = best(recording, fixed=["x0"])
+    plain = ij.profiled(ij.fit(experiment(recording, contact=LINE, fixed=["x0"])))
+    assert "is not decided" in found.notes[-1]
+    assert estimate.scatter is not None
+    assert np.all(estimate.high - estimate.low > 0.999 * (plain.high - plain.low))
 
 
 def test_least_stiffness_of_a_rigid_stop_stays():

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-Numbers = ArrayLike | Sequence[float]  # made an array
+Numbers = ArrayLike | Sequence[float]  # all that becomes an array
 
 Coordinate = Float[Array, "..."]  # [rad] or [m]
 CoordinateRate = Float[Array, "..."]  # [rad/s] or [m/s]

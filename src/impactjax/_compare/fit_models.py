@@ -40,7 +40,7 @@ class Settings(NamedTuple):
     progress: Progress
     each: Each
 
-    def with_intervals(self, fitted: Fitted) -> Fitted:
+    def profiled(self, fitted: Fitted) -> Fitted:
         """The fit with intervals from the profile likelihood."""
         begin = time.perf_counter()
         estimate = profiled_by(self.search, fitted.estimate, self.optimiser)

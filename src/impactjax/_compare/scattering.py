@@ -50,30 +50,33 @@ def with_intervals(
     """All fits with intervals that allow for scatter where it is not stated, and the sentence on
     that.
 
-    If scatter makes the best fit likelier, all fits get it. If not, the intervals hold those of the
-    profile likelihood without scatter and those with it, since scatter that is too small to be
-    noticed moves other parameters. Two or three impacts do not tell how large that may be: their
-    intervals allow for scatter only if it is likelier.
+    If the best fit asks for scatter clearly, all fits get it. If it is not decided, the intervals
+    hold those of the profile likelihood without scatter and those with it, since scatter that is
+    too small to be noticed moves other parameters; the fits are those that are likelier for the
+    best one. Two or three impacts do not tell how large unnoticed scatter may be: their intervals
+    allow for it only if it is likelier.
     """
     best = ranked(fits)[0]
     found = with_normal_scatter(best.estimate, settings.search) if _may_scatter(best, own) else None
     likely = found is not None and is_likely(best.estimate, found)
     several = int(np.asarray(best.estimate.impacts.count)) >= _FEWEST
     if found is None or not (likely or (several and bool(found.converged))):
-        profiled = settings.each(settings.with_intervals, fits.values())
+        profiled = settings.each(settings.profiled, fits.values())
         return dict(zip(fits, profiled, strict=True)), []
+    needed = as_held(best.estimate, found).is_needed
 
     def finished(fitted: Fitted) -> Fitted:
         if not _may_scatter(fitted, own):
-            return settings.with_intervals(fitted)
+            return settings.profiled(fitted)
         is_best = fitted.name == best.name
         wider = found if is_best else with_normal_scatter(fitted.estimate, settings.search)
         if bool(found.converged) and not bool(wider.converged):
-            return settings.with_intervals(fitted)
-        if likely:
+            return settings.profiled(fitted)
+        if needed:
             return fitted._replace(estimate=wider)
-        plain = settings.with_intervals(fitted)
-        return plain._replace(estimate=holding_both(plain.estimate, wider))
+        plain = settings.profiled(fitted)
+        both = (wider, plain.estimate) if likely else (plain.estimate, wider)
+        return plain._replace(estimate=holding_both(*both))
 
     more = dict(zip(fits, settings.each(finished, fits.values()), strict=True))
     return more, [_words(best, found)]

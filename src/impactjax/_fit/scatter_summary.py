@@ -67,14 +67,15 @@ def summarised(estimate: Estimate[Problem], solution: Solution) -> Estimate[Prob
 def _found(problem: Problem, solution: Solution) -> _Found:
     values, logs, point, step, held = solution
     model = step.model
-    xp, covariance = namespace(values), model.covariance
+    xp, stopped = namespace(values), namespace(values).diag(step.stopped)
+    covariance = xp.where(stopped, step.unlimited.covariance, model.covariance)
     low, high = (values + step.move + _reach(step, level) for level in (0.025, 0.975))
     determined = xp.where(step.stopped, step.unlimited.determined, model.determined)
     unbounded = xp.where(determined, 0.0, np.inf)
     middle, least, most = (model.size(level) for level in (0.5, 0.025, 0.975))
     slopes = straight(problem).slopes(straight(problem).turned(values))
     jacobian = whitened(point.jacobian / slopes, point.effects, model.ratio)
-    enough = _SETTLED * xp.sqrt(xp.diagonal(covariance)) + _ROUNDING * xp.abs(values)
+    enough = _SETTLED * xp.sqrt(xp.diagonal(model.covariance)) + _ROUNDING * xp.abs(values)
     return _Found(
         values,
         low - unbounded,
@@ -84,7 +85,7 @@ def _found(problem: Problem, solution: Solution) -> _Found:
         Scatter(middle, least, most, model.effect, jacobian),
         likelihood(problem, point.without(held), logs),
         xp.all((xp.abs(step.move) <= enough) | ~model.determined),
-        model.determined,
+        determined,
         held,
     )
 

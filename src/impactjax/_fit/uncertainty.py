@@ -107,14 +107,19 @@ class Interval(NamedTuple):
 
 def within_ranges(problem: AbstractProblem, low: Array, high: Array) -> Interval:
     """Intervals cut off at the ends of the parameters' ranges."""
-    ranges = [handle.allowed for handle in problem.handles().values()]
-    lowest = jnp.array([allowed.low for allowed in ranges], low.dtype)
-    highest = jnp.array([allowed.high for allowed in ranges], low.dtype)
+    lowest, highest = _ends(problem, low)
     low, high = jnp.maximum(low, lowest), jnp.minimum(high, highest)
-    scale = jnp.array([allowed.excludes_low for allowed in ranges])
+    scale = jnp.array([handle.allowed.excludes_low for handle in problem.handles().values()])
     # A positive scale compatible with zero gets no upper bound from a linearised error.
     high = jnp.where(scale & (low <= lowest), highest, high)
     return Interval(low, high, low > lowest, high < highest)
+
+
+def _ends(problem: AbstractProblem, like: Array) -> tuple[Array, Array]:
+    """The ends of the parameters' ranges, of the type of other numbers."""
+    ranges = [handle.allowed for handle in problem.handles().values()]
+    low, high = [each.low for each in ranges], [each.high for each in ranges]
+    return jnp.array(low, like.dtype), jnp.array(high, like.dtype)
 
 
 def verdicts(below: Array, above: Array, lasting: Array) -> Array:
@@ -134,32 +139,27 @@ def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
     approximation: then the other one is open for this reason only. A parameter is undecided if an
     end is unknown.
     """
-    below, above = _bounded(other)
-    least = estimate.values - _NORMAL * estimate.standard_errors
-    silent = ~below & ~above & ~_bounded(dataclasses.replace(estimate, low=least))[0]
+    lowest, highest = _ends(estimate.problem, jnp.asarray(estimate.low))
+    linear = estimate.values - _NORMAL * estimate.standard_errors
+    silent = (other.low <= lowest) & (other.high >= highest) & ~(linear > lowest)
     low = jnp.where(silent, estimate.low, jnp.minimum(estimate.low, other.low))
     high = jnp.where(silent, estimate.high, jnp.maximum(estimate.high, other.high))
-    wider = dataclasses.replace(estimate, low=low, high=high)
-    below, above = (side & jnp.asarray(estimate.usable) for side in _bounded(wider))
+    usable = jnp.asarray(estimate.usable)
+    below, above = usable & (low > lowest), usable & (high < highest)
     found = verdicts(below, above, jnp.asarray(estimate.lasting))
-    unknown = jnp.isnan(low) | jnp.isnan(high) | (estimate.verdicts == Verdict.UNDECIDED)
+    unknown = usable & (jnp.isnan(low) | jnp.isnan(high))
     quantile = special.stdtrit(np.asarray(estimate.freedom), 0.975)
     growth = (high - low) / (2 * quantile * estimate.standard_errors)
     growth = jnp.where(below & above & (growth > 1), growth, 1.0)
     return dataclasses.replace(
-        wider,
+        estimate,
+        low=low,
+        high=high,
         verdicts=jnp.where(unknown, Verdict.UNDECIDED, found).astype(jnp.int32),
         standard_errors=estimate.standard_errors * growth,
         covariance=estimate.covariance * jnp.outer(growth, growth),
         inflation=estimate.inflation * growth,
     )
-
-
-def _bounded(estimate: Estimate[P]) -> tuple[Array, Array]:
-    """Masks of the parameters whose interval ends within their range below, and above."""
-    ranges = [handle.allowed for handle in estimate.problem.handles().values()]
-    low, high = jnp.asarray(estimate.low), jnp.asarray(estimate.high)
-    return low > jnp.array([x.low for x in ranges]), high < jnp.array([x.high for x in ranges])
 
 
 def _spread(

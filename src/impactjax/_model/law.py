@@ -48,7 +48,7 @@ class AbstractForceLaw(AbstractLaw):
     The contact begins at zero penetration and ends by the rule `separation`.
     """
 
-    if TYPE_CHECKING:  # which would make a field here the first argument of every subclass
+    if TYPE_CHECKING:  # a checker takes a field here for the first argument of every subclass
         separation = cast(AbstractSeparation, None)
     else:
         separation: eqx.AbstractVar[AbstractSeparation]

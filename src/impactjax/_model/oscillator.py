@@ -31,7 +31,7 @@ class AbstractOscillator(eqx.Module):
     search starts from the oscillator's own values.
     """
 
-    if TYPE_CHECKING:  # which would make a field here the first argument of every subclass
+    if TYPE_CHECKING:  # a checker takes a field here for the first argument of every subclass
         mass = cast(Mass, None)
     else:
         mass: eqx.AbstractVar[Mass]

@@ -47,9 +47,8 @@ class Experiment(eqx.Module):
     - `loss`: cost of a residual: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` against outliers.
     - `scatter`: distribution of the speed after each impact around that of the law:
       `NormalScatter()` or `NoScatter()`. By default impact times with at least four flights have
-      `NormalScatter()`, everything else `NoScatter()`; but intervals of `compare` allow for scatter
-      of motions with four impacts or more, and it and `with_left_out` fit scatter if the record
-      asks for it.
+      `NormalScatter()`, everything else `NoScatter()`. `compare` and `with_left_out` fit scatter to
+      a motion that asks for it, and from four impacts on intervals of `compare` allow for it.
     - `noise`: model of the residuals' correlation, from which the errors follow.
     - `simulation`: settings of the simulation.
 
