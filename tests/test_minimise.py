@@ -61,6 +61,10 @@ def test_limits_of_coordinate_are_those_of_range(name):
     assert (low, high) == (allowed.low, allowed.high)
 
 
+def test_excluded_end_of_a_range_is_infinitely_far():
+    assert to_coordinate(RANGES["positive"], np.array(0.0)) == -np.inf
+
+
 def test_step_changes_large_value_by_a_factor():
     """Or the search would never get anywhere in units in which the value is large."""
     allowed = RANGES["at least 2"]

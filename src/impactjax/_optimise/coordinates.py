@@ -12,6 +12,7 @@ vanish at the end of a range.
 import math
 from typing import NamedTuple
 
+import numpy as np
 from jaxtyping import Float
 
 from impactjax._known import AnyArray, namespace
@@ -33,8 +34,9 @@ class Limits(NamedTuple):
     step: float
 
 
+@np.errstate(all="ignore")  # no warnings, as in JAX
 def to_coordinate(allowed: Range, value: Value) -> Coordinate:
-    """The coordinate of a value in range."""
+    """The coordinate of a value in range; −∞ at an end that is not allowed."""
     xp, low, high = namespace(value), allowed.low, allowed.high
     if allowed.fades:
         return 1 / value
