@@ -28,6 +28,10 @@ from impactjax._compare.laws import *  # noqa: F403  all contact laws, which tha
 from impactjax._compare.oscillators import OSCILLATORS as OSCILLATORS
 from impactjax._compare.prepare import Prepared as Prepared
 from impactjax._compare.prepare import prepare as prepare
+from impactjax._compare.repeatability import Repeatability as Repeatability
+from impactjax._compare.repeatability import RepeatedModel as RepeatedModel
+from impactjax._compare.repeatability import RepeatedParameter as RepeatedParameter
+from impactjax._compare.repeatability import repeatability as repeatability
 from impactjax._fit.bootstrap import Bootstrap as Bootstrap
 from impactjax._fit.bootstrap import bootstrap as bootstrap
 from impactjax._fit.estimate import Estimate as Estimate
@@ -40,6 +44,7 @@ from impactjax._fit.learned import Learned as Learned
 from impactjax._fit.left_out import left_out as left_out
 from impactjax._fit.left_out import with_left_out as with_left_out
 from impactjax._fit.profile import profiled as profiled
+from impactjax._fit.random_effects import RandomEffects as RandomEffects
 from impactjax._fit.reason import Reason as Reason
 from impactjax._fit.scatter_found import Scatter as Scatter
 from impactjax._fit.score_test import HeldParameter as HeldParameter

@@ -6,6 +6,7 @@ from impactjax._report.coupling_figures import plot_directions as directions
 from impactjax._report.coupling_figures import plot_sensitivities as sensitivities
 from impactjax._report.fit_figures import plot_fit as fit
 from impactjax._report.fit_figures import plot_residuals as residuals
+from impactjax._report.repeats_figure import plot_repeats as repeats
 from impactjax._report.residual_figures import plot_autocorrelation as autocorrelation
 from impactjax._report.residual_figures import plot_impact_residuals as impact_residuals
 from impactjax._report.residual_figures import plot_quantiles as quantiles
@@ -24,6 +25,7 @@ __all__ = [
     "impact_residuals",
     "learned_restitution",
     "quantiles",
+    "repeats",
     "residuals",
     "restitution",
     "sensitivities",

@@ -15,6 +15,7 @@ from impactjax._cli.options import (
     Recordings,
     SidecarFile,
     SystemName,
+    files_of,
     options,
     surveyed,
 )
@@ -53,9 +54,9 @@ def check_command(
         check_names([], system)
         said = options(free or [], fix or [])
         oscillator = None if system is None else OSCILLATORS[system]()
-        once = dict.fromkeys(recordings)
+        once = files_of(recordings)
         checks = [checked(surveyed(path, sidecar, oscillator, None, said)) for path in once]
-        targets = _targets(out, [*once], force)
+        targets = _targets(out, once, force)
         for check in checks:
             typer.echo(f"{check}\n")
         for target, check in zip(targets, checks, strict=bool(targets)):

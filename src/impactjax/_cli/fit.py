@@ -13,9 +13,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.measure import Measurement
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
 from impactjax._check.check import checked
 from impactjax._cli.compiler_flags import compiled_programs
@@ -29,16 +27,19 @@ from impactjax._cli.options import (
     Recordings,
     SidecarFile,
     SystemName,
+    files_of,
     options,
     surveyed,
 )
 from impactjax._cli.refusal import Refusal, check_names
+from impactjax._cli.tables import print_fits, print_repeats
 from impactjax._cli.trace_cache import kept
 from impactjax._compare.compare import compare_by
 from impactjax._compare.comparison import Comparison
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.prepare import Prepared, prepared
+from impactjax._compare.repeatability import repeatability
 from impactjax._compare.survey import Survey
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.evaluation import evaluate
@@ -49,15 +50,13 @@ from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.problem import Problem
 from impactjax._record.file_error import FileError
-from impactjax._report.rows import parameter_rows
-from impactjax._report.words import sentences
 from impactjax._report.write import report_files, report_texts, write_texts
 
-_WIDTH = 120  # columns of a table that is not printed on a terminal
 _MOST_AT_ONCE = 4  # laws in parallel; each needs a gigabyte to compile
 
 _SEED_HELP = "Random seed for scattered starts."
 _HOLDOUT_HELP = "Share of the record, at its end, that is not fitted but predicted by each law."
+_TOGETHER_HELP = "The recordings are repeats of one experiment: means, and scatter between them."
 _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be given several times."
 
 
@@ -77,6 +76,7 @@ def fit_command(
         float,
         typer.Option("--holdout", metavar="SHARE", min=0.0, max=0.9, help=_HOLDOUT_HELP),
     ] = 0.0,
+    together: Annotated[bool, typer.Option("--together", help=_TOGETHER_HELP)] = False,
     seed: Annotated[
         int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help=_SEED_HELP)
     ] = 0,
@@ -94,11 +94,14 @@ def fit_command(
       impactjax fit swing.csv
       impactjax fit swing.csv --law kelvin-voigt --law restitution --out results
       impactjax fit bounces.csv --system bouncing-ball --law restitution
+      impactjax fit runs --law restitution --together
     """  # noqa: D301  Click takes the backspace as "do not wrap"
     try:
         check_names(laws or [], system)
         oscillator = None if system is None else OSCILLATORS[system]()
-        once = dict.fromkeys(recordings)
+        once = files_of(recordings)
+        if together and len(once) < 2:
+            raise Refusal("--together needs at least two recordings.")
         said = options(free or [], fix or [], loss)
         surveys = [surveyed(path, sidecar, oscillator, laws, said) for path in once]
         targets = _targets(out, force)
@@ -106,14 +109,18 @@ def fit_command(
         for found in surveys:
             typer.echo(f"{checked(found)}\n")
         comparisons = _compared(made, seed, holdout)
+        repeats = repeatability(comparisons) if together else None
     except (FileError, Refusal) as error:
         typer.echo(f"impactjax: {error}", err=True)
         raise typer.Exit(2) from error
     texts: tuple[str, ...] = ()
     if targets:  # computed before anything is written or printed
-        texts = report_texts(comparisons, shlex.join(["impactjax", *sys.argv[1:]]))
+        command = shlex.join(["impactjax", *sys.argv[1:]])
+        texts = report_texts(comparisons, command, repeats)
     for comparison, found in zip(comparisons, surveys, strict=True):
-        _print(comparison, found.notes)
+        print_fits(comparison, found.notes)
+    if repeats is not None:
+        print_repeats(repeats)
     if targets:
         try:
             write_texts(targets, texts, force)
@@ -188,36 +195,3 @@ def _at_once() -> Iterator[ThreadPoolExecutor]:
         yield pool
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _print(comparison: Comparison, printed: Sequence[str]) -> None:
-    """Prints table and sentences. Notes that were `printed` before the fit are not repeated."""
-    console, fits = Console(), comparison.fits
-    notes = [note for note in comparison.notes if note not in printed]
-    unit, factor = comparison.best.estimate.problem.recording.shown
-    table = Table(title=escape(comparison.name), title_justify="left", title_style="bold")
-    for heading in (
-        "law",
-        "rms",
-        "parameter",
-        "value ± standard error",
-        "95 % interval",
-        "verdict",
-    ):
-        table.add_column(heading, no_wrap=True)
-    for fitted, rows in zip(fits, parameter_rows(fits), strict=True):
-        shown = [fitted.name, f"{float(fitted.estimate.rms) * factor:.4g} {unit}"]
-        for row in rows:
-            value, verdict = f"{row['value']} {row['unit']}", f"{row['verdict']}{row['given']}"
-            table.add_row(*shown, row["name"], value.rstrip(), row["interval"], verdict)
-            shown = ["", ""]
-        table.add_section()
-    if not console.is_terminal:
-        endless = console.options.update(width=10 * _WIDTH)
-        console.width = max(_WIDTH, Measurement.get(console, endless, table).maximum)
-    console.print(table)
-    if not console.is_terminal:
-        console.width = _WIDTH
-    for sentence in (*notes, *sentences(fits)):
-        console.print(f"- {sentence}", highlight=False, markup=False)
-    console.print()

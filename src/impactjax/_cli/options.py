@@ -20,7 +20,8 @@ from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import read_recording
 
-Recordings = Annotated[list[Path], typer.Argument(metavar="RECORDING", help="File, or several.")]
+_RECORDINGS_HELP = "File, or several; of a folder, all its files that are not hidden."
+Recordings = Annotated[list[Path], typer.Argument(metavar="RECORDING", help=_RECORDINGS_HELP)]
 SystemName = Annotated[
     str | None,
     typer.Option("--system", metavar="NAME", help=f"What moves: {', '.join(OSCILLATORS)}."),
@@ -46,6 +47,7 @@ _LOSS_HELP = (
 )
 LossName = Annotated[str, typer.Option("--loss", metavar="NAME[=SCALE]", help=_LOSS_HELP)]
 
+_SIDECAR = ".toml"
 _NO_LOW_PASS = "cutoff", "inf"  # the only value that may be infinite
 _USUAL_SCALE = 2.0  # in standard deviations of the noise
 
@@ -82,6 +84,27 @@ def options(free: Sequence[str], fix: Sequence[str], loss: str = "squares") -> O
         remedy = "has no scale" if name == "squares" else "needs a scale greater than 0"
         raise Refusal(f"the loss `{name}` {remedy}.")
     return Options(tuple(free), dict(_fixed(text) for text in fix), loss)
+
+
+def files_of(recordings: Sequence[Path]) -> list[Path]:
+    """The files of a command's arguments, each once; of a folder all that are neither sidecars nor
+    hidden, in the order of their names. Raises `Refusal` for a folder without any.
+    """
+    found: dict[Path, None] = {}
+    for path in recordings:
+        own = _inside(path) if path.is_dir() else [path]
+        if not own:
+            raise Refusal(f"{path} has no file in it; name a recording, or a folder of some.")
+        found |= dict.fromkeys(own)
+    return [*found]
+
+
+def _inside(folder: Path) -> list[Path]:
+    return sorted(
+        path
+        for path in folder.iterdir()
+        if path.is_file() and path.suffix != _SIDECAR and not path.name.startswith(".")
+    )
 
 
 def surveyed(

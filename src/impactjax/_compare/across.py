@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from scipy import special
 
 from impactjax._compare.ranking import CLEAR, differences
@@ -69,8 +70,8 @@ def across(estimates: Sequence[Estimate[Problem]]) -> dict[str, Across]:
         intervals = np.array([(x.value, x.low, x.high) for x in each])
         weights = np.exp(-np.array([behind[i] for i in sharing]) / 2)
         allowed, own = handle.allowed, each[0]
-        low = min(own.low, max(_end(intervals, weights, 0), allowed.low))
-        high = max(own.high, min(_end(intervals, weights, 1), allowed.high))
+        low = min(own.low, max(mixture_end(intervals, weights, 0), allowed.low))
+        high = max(own.high, min(mixture_end(intervals, weights, 1), allowed.high))
         if max(own.low - low, high - own.high) > _DIFFERENT * (own.high - own.low):
             verdict = _verdict(own.verdict, allowed.low < low, high < allowed.high)
             found[name] = Across(low, high, verdict, tuple(sharing))
@@ -100,7 +101,9 @@ def _shares(
     return type(stops[0].law) is type(stops[1].law)
 
 
-def _end(intervals: np.ndarray, weights: np.ndarray, side: int) -> float:
+def mixture_end(
+    intervals: Float[np.ndarray, "models 3"], weights: Float[np.ndarray, " models"], side: int
+) -> float:
     """An end of the interval of a mixture, from value, low and high of each part."""
     values, lows, highs = intervals.T
     widths = np.stack([values - lows, highs - values])

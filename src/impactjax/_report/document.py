@@ -1,17 +1,16 @@
 """Content of `fit.json`: the results of all fits."""
 
 import importlib.metadata
-import math
 import platform
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import ArrayLike
 
 from impactjax._compare.across import across
 from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.ranking import differences, rejected
+from impactjax._compare.repeatability import Repeatability
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.reason import Reason
 from impactjax._fit.verdict import Verdict
@@ -21,7 +20,9 @@ from impactjax._identify.words import coupling, findings
 from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
 from impactjax._report.given import OwnValue, given, is_assumed
+from impactjax._report.json_number import json_number
 from impactjax._report.outcome import outcome_of
+from impactjax._report.repeats import repeats_document
 from impactjax._report.residual_words import residual_sentences
 from impactjax._report.restitution_curves import restitution_curve, speeds_of
 from impactjax._report.rows import corrected_aic
@@ -30,8 +31,12 @@ _EVERY = 20  # points of a curve from one that is written to the next
 _PACKAGES = ("impactjax", "jax", "jaxlib", "diffrax", "numpy", "scipy")
 
 
-def document(comparisons: Sequence[Comparison]) -> dict[str, Any]:
-    """The content of `fit.json`: all fits, software versions, seed, and notes on each recording."""
+def document(
+    comparisons: Sequence[Comparison], repeats: Repeatability | None = None
+) -> dict[str, Any]:
+    """The content of `fit.json`: all fits, software versions, seed, notes on each recording, and
+    the means over recordings that are repeats.
+    """
     return {
         "recording": ", ".join(each.name for each in comparisons),
         "fits": [fit for comparison in comparisons for fit in _fits(comparison)],
@@ -39,6 +44,7 @@ def document(comparisons: Sequence[Comparison]) -> dict[str, Any]:
         "seed": comparisons[0].seed,
         "measured_restitution": {each.name: _measured(each) for each in comparisons},
         "notes": {each.name: list(each.notes) for each in comparisons},
+        "repeatability": None if repeats is None else repeats_document(repeats),
     }
 
 
@@ -50,8 +56,8 @@ def _measured(comparison: Comparison) -> dict[str, Any] | None:
 
 def _table(speeds: np.ndarray, restitutions: np.ndarray) -> dict[str, Any]:
     return {
-        "approach_speed": [_number(v) for v in speeds],
-        "restitution": [_number(r) for r in restitutions],
+        "approach_speed": [json_number(v) for v in speeds],
+        "restitution": [json_number(r) for r in restitutions],
     }
 
 
@@ -72,7 +78,7 @@ def _fits(comparison: Comparison) -> list[dict[str, Any]]:
         {
             "recording": comparison.name,
             **_fit(fitted),
-            "aic_behind": _number(behind),
+            "aic_behind": json_number(behind),
             "rejected": out,
             "across": wider if i == 0 else {},
         }
@@ -84,7 +90,7 @@ def _across(comparison: Comparison) -> dict[str, Any]:
     """Intervals of the best fit's parameters across laws that cannot be distinguished from it."""
     return {
         name: {
-            "interval95": [_number(each.low), _number(each.high)],
+            "interval95": [json_number(each.low), json_number(each.high)],
             "verdict": str(each.verdict),
             "laws": [comparison[i].name for i in each.models],
         }
@@ -100,13 +106,13 @@ def _fit(fitted: Fitted) -> dict[str, Any]:
         "friction": "viscous and dry" if fitted.is_dry else "viscous",
         "result": _result(estimate),
         "n_samples": int(recording.observations),
-        "rms_residual": {"value": _number(estimate.rms), "unit": recording.unit},
-        "aic": _number(estimate.aic),
-        "bic": _number(estimate.bic),
+        "rms_residual": {"value": json_number(estimate.rms), "unit": recording.unit},
+        "aic": json_number(estimate.aic),
+        "bic": json_number(estimate.bic),
         "prediction": _prediction(fitted),
         "seconds": round(fitted.seconds, 3),
         "outcome": outcome_of(fitted),
-        "aicc": _number(corrected_aic(estimate)),
+        "aicc": json_number(corrected_aic(estimate)),
         "coupling": _coupling(estimate),
         "residuals": _residuals(estimate),
         "parameters": _parameters(fitted),
@@ -123,7 +129,7 @@ def _prediction(fitted: Fitted) -> dict[str, Any] | None:
         return None
     return {
         "n_samples": found.observations,
-        "rms_residual": {"value": _number(found.rms), "unit": unit},
+        "rms_residual": {"value": json_number(found.rms), "unit": unit},
     }
 
 
@@ -149,8 +155,8 @@ def _parameters(fitted: Fitted) -> dict[str, Any]:
 def _own(own: OwnValue) -> dict[str, Any]:
     return {
         "name": own.name,
-        "value": _number(own.value),
-        "standard_error": _number(own.error),
+        "value": json_number(own.value),
+        "standard_error": json_number(own.error),
         "unit": own.unit,
     }
 
@@ -161,9 +167,9 @@ def _scatter(estimate: Estimate[Problem]) -> dict[str, Any] | None:
     if scatter is None:
         return None
     return {
-        "size": _number(scatter.size),
-        "interval95": [_number(scatter.low), _number(scatter.high)],
-        "single_impact": [_number(factor) for factor in scatter.single],
+        "size": json_number(scatter.size),
+        "interval95": [json_number(scatter.low), json_number(scatter.high)],
+        "single_impact": [json_number(factor) for factor in scatter.single],
     }
 
 
@@ -177,7 +183,7 @@ def _restitution(fitted: Fitted) -> dict[str, Any] | None:
     if curve is None:
         return None
     speeds, middle, half = (np.asarray(each)[::_EVERY] for each in curve)
-    return {**_table(speeds, middle), "half_width95": [_number(v) for v in half]}
+    return {**_table(speeds, middle), "half_width95": [json_number(v) for v in half]}
 
 
 def _coupling(estimate: Estimate[Problem]) -> dict[str, Any]:
@@ -186,14 +192,14 @@ def _coupling(estimate: Estimate[Problem]) -> dict[str, Any]:
     return {
         "sentence": coupling(told),
         "parameters": list(told.names),
-        "scale": [_number(v) for v in np.asarray(told.scale)],
-        "sensitivity": [_number(value) for value in sizes],
-        "correlation": [[_number(v) for v in row] for row in np.asarray(told.correlation)],
+        "scale": [json_number(v) for v in np.asarray(told.scale)],
+        "sensitivity": [json_number(value) for value in sizes],
+        "correlation": [[json_number(v) for v in row] for row in np.asarray(told.correlation)],
         "directions": [
             {
                 "combination": each.combination,
                 "exponents": each.exponents,
-                "relative_error": _number(each.relative_error),
+                "relative_error": json_number(each.relative_error),
                 "determined": each.determined,
             }
             for each in findings(told)
@@ -208,17 +214,17 @@ def _residuals(estimate: Estimate[Problem]) -> dict[str, Any]:
         "independent": bool(found.independent),
         "autoregression_order": int(estimate.memory),
         "lasting_correlation": bool(estimate.lasting),
-        "autocorrelation": [_number(v) for v in np.asarray(found.autocorrelation)],
-        "band": _number(found.band),
-        "portmanteau": _number(found.portmanteau),
-        "portmanteau_limit": _number(found.portmanteau_limit),
+        "autocorrelation": [json_number(v) for v in np.asarray(found.autocorrelation)],
+        "band": json_number(found.band),
+        "portmanteau": json_number(found.portmanteau),
+        "portmanteau_limit": json_number(found.portmanteau_limit),
         "runs": int(found.runs),
-        "runs_expected": _number(found.runs_expected),
-        "runs_limits": [_number(v) for v in np.asarray(found.runs_limits)],
-        "skewness": _number(found.skewness),
-        "excess_kurtosis": _number(found.excess_kurtosis),
+        "runs_expected": json_number(found.runs_expected),
+        "runs_limits": [json_number(v) for v in np.asarray(found.runs_limits)],
+        "skewness": json_number(found.skewness),
+        "excess_kurtosis": json_number(found.excess_kurtosis),
         "after_impacts": [
-            _number(v) for v in np.asarray(found.after_impacts)[: int(estimate.impacts.count)]
+            json_number(v) for v in np.asarray(found.after_impacts)[: int(estimate.impacts.count)]
         ],
     }
 
@@ -226,13 +232,13 @@ def _residuals(estimate: Estimate[Problem]) -> dict[str, Any]:
 def _fitted_parameters(estimate: Estimate[Problem]) -> dict[str, Any]:
     return {
         name: {
-            "value": _number(estimate.values[i]),
-            "standard_error": _number(estimate.standard_errors[i]),
-            "interval95": [_number(estimate.low[i]), _number(estimate.high[i])],
+            "value": json_number(estimate.values[i]),
+            "standard_error": json_number(estimate.standard_errors[i]),
+            "interval95": [json_number(estimate.low[i]), json_number(estimate.high[i])],
             "unit": estimate.units[i],
             "verdict": str(estimate.verdict(name)),
             "reason": str(estimate.reason(name)),
-            "error_inflation": _number(estimate.inflation[i]),
+            "error_inflation": json_number(estimate.inflation[i]),
         }
         for i, name in enumerate(estimate.names)
     }
@@ -242,7 +248,7 @@ def _fixed_parameters(estimate: Estimate[Problem]) -> dict[str, Any]:
     system = estimate.system
     return {
         name: {
-            "value": _number(handle.get(system)),
+            "value": json_number(handle.get(system)),
             "standard_error": None,
             "interval95": None,
             "unit": handle.allowed.unit,
@@ -253,9 +259,3 @@ def _fixed_parameters(estimate: Estimate[Problem]) -> dict[str, Any]:
         for name, handle in handles(system).items()
         if name not in estimate.names
     }
-
-
-def _number(value: ArrayLike) -> float | None:
-    """A JSON number; null if it is not finite."""
-    number = float(np.asarray(value))
-    return number if math.isfinite(number) else None

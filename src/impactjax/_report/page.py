@@ -8,6 +8,7 @@ from typing import Any
 
 from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.ranking import CLEAR
+from impactjax._compare.repeatability import Repeatability
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.words import coupling
 from impactjax._report.coupling_figures import (
@@ -20,6 +21,7 @@ from impactjax._report.fit_figures import plot_fit, plot_residuals
 from impactjax._report.given import given, speeds_rest_on, taken
 from impactjax._report.outcome import was_simulated
 from impactjax._report.picture import Margins, Picture, picture, wide_picture
+from impactjax._report.repeats import repeats_section
 from impactjax._report.residual_figures import (
     plot_autocorrelation,
     plot_impact_residuals,
@@ -38,8 +40,12 @@ from impactjax._report.search_figures import plot_first_look, plot_starts
 from impactjax._report.words import sentences
 
 
-def page(comparisons: Sequence[Comparison], command: str) -> str:
-    """An HTML page with embedded figures, a section for each recording, and the command."""
+def page(
+    comparisons: Sequence[Comparison], command: str, repeats: Repeatability | None = None
+) -> str:
+    """An HTML page with embedded figures, a section for each recording, and the command. What
+    repeated recordings tell together comes first.
+    """
     template = (
         importlib.resources.files("impactjax._report").joinpath("page.html").read_text("utf-8")
     )
@@ -50,6 +56,7 @@ def page(comparisons: Sequence[Comparison], command: str) -> str:
     title = "What the impact is made of" if several else f"Contact of {comparisons[0].name}"
     return environment.from_string(template).render(
         title=title,
+        repeats=None if repeats is None else repeats_section(repeats),
         sections=[_section(each) for each in comparisons],
         command=command,
         seed=comparisons[0].seed,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from impactjax._compare.comparison import Comparison
+from impactjax._compare.repeatability import Repeatability
 from impactjax._report.document import document
 from impactjax._report.page import page
 
@@ -15,31 +16,42 @@ _FILES = ("fit.json", "report.html")
 
 def write_report(
     folder: str | Path,
-    comparisons: Comparison | Sequence[Comparison],
+    results: Comparison | Sequence[Comparison] | Repeatability,
     *,
     command: str = "impactjax.io.write_report",
     force: bool = False,
 ) -> tuple[Path, ...]:
-    """Writes `fit.json` and `report.html` for results of `compare`, and returns their paths.
+    """Writes `fit.json` and `report.html` for results of `compare` or `repeatability`, and returns
+    their paths.
 
     Both are computed before either is written.
 
     **Arguments:**
 
     - `folder`: created if it does not exist.
-    - `comparisons`: result for one recording, or for several.
+    - `results`: the comparison of one recording, those of several, or the result of
+      `repeatability`, whose means come first.
     - `command`: command to quote in the report.
     - `force`: true to overwrite files.
 
     **Raises** `FileExistsError` for files that exist, unless `force`.
     """
-    several = [comparisons] if isinstance(comparisons, Comparison) else [*comparisons]
+    repeats = results if isinstance(results, Repeatability) else None
+    several = _comparisons(results)
     targets = report_files(Path(folder))
     check_absent(targets, force)
-    texts = report_texts(several, command)
+    texts = report_texts(several, command, repeats)
     Path(folder).mkdir(parents=True, exist_ok=True)
     write_texts(targets, texts, force)
     return targets
+
+
+def _comparisons(
+    results: Comparison | Sequence[Comparison] | Repeatability,
+) -> Sequence[Comparison]:
+    if isinstance(results, Repeatability):
+        return results.comparisons
+    return [results] if isinstance(results, Comparison) else results
 
 
 def report_files(folder: Path) -> tuple[Path, ...]:
@@ -54,9 +66,12 @@ def check_absent(targets: Sequence[Path], force: bool) -> None:
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(target))
 
 
-def report_texts(comparisons: Sequence[Comparison], command: str) -> tuple[str, ...]:
+def report_texts(
+    comparisons: Sequence[Comparison], command: str, repeats: Repeatability | None = None
+) -> tuple[str, ...]:
     """The content of each file of a report."""
-    return json.dumps(document(comparisons), indent=2) + "\n", page(comparisons, command)
+    content = json.dumps(document(comparisons, repeats), indent=2)
+    return f"{content}\n", page(comparisons, command, repeats)
 
 
 def write_texts(targets: Sequence[Path], texts: Sequence[str], force: bool) -> None:
