@@ -91,7 +91,7 @@ def test_simulate_command_writes_requested_samples(simulated):
 def test_fit_json_schema(found, simulated):
     document = found.document
     keys = {"recording", "fits", "versions", "notes", "seed", "measured_restitution"}
-    assert set(document) == keys
+    assert set(document) == keys | {"repeatability"}
     assert document["recording"] == str(simulated)
     assert document["seed"] == 11
     assert document["versions"]["impactjax"] == importlib.metadata.version("impactjax")
