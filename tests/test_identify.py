@@ -41,7 +41,7 @@ def simon_by_coefficients(law: ij.PowerLaw) -> jax.Array:
 )
 def test_speeds_determine_only_damping_over_stiffness(data, law):
     fixed = ("n", "p", "q") if isinstance(law, ij.PowerLaw) else ()
-    told = ij.information(data, law, 1e-3, fixed=fixed)
+    told = ij.information_in(data, law, 1e-3, fixed=fixed)
     assert told.names == ("k", "c")
     stiff, sloppy = np.asarray(told.directions.exponents)
     assert angle_to(sloppy, (1, 1)) < 0.1
@@ -52,14 +52,14 @@ def test_speeds_determine_only_damping_over_stiffness(data, law):
 
 
 def test_simon_damping_per_stiffness_is_determined_by_speeds():
-    told = ij.information(rebounds, ij.Simon(1e6, 0.4), 1e-3)
+    told = ij.information_in(rebounds, ij.Simon(1e6, 0.4), 1e-3)
     assert angle_to(np.asarray(told.directions.exponents[1]), (1, 0)) < 0.1
     assert not np.isfinite(told.bounds[0])
 
 
 @pytest.mark.parametrize("name", ["kelvin-voigt", "maxwell"])
 def test_speeds_do_not_determine_contact_frequency(name):
-    told = ij.information(rebounds, LAWS[name].law, 1e-3)
+    told = ij.information_in(rebounds, LAWS[name].law, 1e-3)
     assert told.names == ("omega0", "gamma")
     assert told.matrix[0, 0] == 0
     assert np.isinf(told.bounds[0])
@@ -76,7 +76,7 @@ def test_contact_duration_determines_stiffness_and_damping():
     def both(law):
         return jnp.append(rebounds(law) / 1e-3, law.equivalents(0.73, MASS).duration / 1e-4)
 
-    told = ij.information(both, ij.Walton(1e4, 1e3), 1.0)
+    told = ij.information_in(both, ij.Walton(1e4, 1e3), 1.0)
     assert np.all(np.asarray(told.directions.errors) < 0.1)
     assert "not determined" not in ij.coupling(told)
 
@@ -110,7 +110,7 @@ def random_information(seed: int) -> tuple[np.ndarray, ij.Information]:
     model = ij.ImpactOscillator(
         ij.LinearOscillator(2.0, 0.5), ij.Stop(ij.PowerRestitution(0.8, 0.1))
     )
-    return matrix, ij.information(data, model, 0.01)
+    return matrix, ij.information_in(data, model, 0.01)
 
 
 def test_bounds_and_directions_of_inverse_information():
@@ -148,7 +148,7 @@ def test_directions_treat_initial_state_as_nuisance():
 
 
 def test_information_with_more_parameters_than_data():
-    told = ij.information(
+    told = ij.information_in(
         lambda law: law.restitution(jnp.asarray(0.5)), ij.LinearRestitution(0.7, 0.1), 0.01
     )
     found = told.directions
@@ -159,7 +159,7 @@ def test_information_with_more_parameters_than_data():
 
 def test_information_is_invariant_under_jit_and_vmap():
     def errors(c: jax.Array) -> jax.Array:
-        return ij.information(rebounds, ij.Walton(1e4, c), 1e-3).directions.errors
+        return ij.information_in(rebounds, ij.Walton(1e4, c), 1e-3).directions.errors
 
     several = jnp.array([500.0, 1000.0, 2000.0])
     together = jax.jit(jax.vmap(errors))(several)
@@ -178,7 +178,7 @@ def told_by(exponents, errors, law) -> str:
         relative = jnp.stack([getattr(own, name) for name in names]) / values
         return jnp.asarray(rows / np.array(errors)[:, None]) @ relative
 
-    return ij.coupling(ij.information(data, law, 1.0, free=names))
+    return ij.coupling(ij.information_in(data, law, 1.0, free=names))
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_directions_in_words_are_simple_products(exponents, errors, said):
 
 
 def test_directions_of_signed_parameters_are_sums():
-    told = ij.information(
+    told = ij.information_in(
         lambda law: law.restitution(SPEEDS), ij.LinearRestitution(0.7, 0.1), jnp.full(3, 0.01)
     )
     first, second = ij.findings(told)
@@ -212,9 +212,9 @@ def test_directions_of_signed_parameters_are_sums():
 def test_wrong_information_requests_are_refused():
     law = ij.Walton(1e4, 1e3)
     with pytest.raises(ValueError, match="There is no parameter `q`; there are k, c"):
-        ij.information(rebounds, law, 1.0, free=("q",))
+        ij.information_in(rebounds, law, 1.0, free=("q",))
     with pytest.raises(ValueError, match="Walton has no parameter that is left free"):
-        ij.information(rebounds, law, 1.0, fixed=("k", "c"))
+        ij.information_in(rebounds, law, 1.0, fixed=("k", "c"))
 
 
 def test_errors_of_single_parameters_are_their_bounds():
@@ -225,7 +225,7 @@ def test_errors_of_single_parameters_are_their_bounds():
         return jnp.asarray(matrix) @ jnp.stack([law.omega0, law.gamma])
 
     for gamma in (0.2, 1e-11, 0.0):
-        told = ij.information(data, ij.KelvinVoigt(1.0, gamma), 1e-3)
+        told = ij.information_in(data, ij.KelvinVoigt(1.0, gamma), 1e-3)
         errors = np.sqrt(np.diag(covariance))
         np.testing.assert_allclose(told.bounds, errors, rtol=1e-8)
         alone = jax.vmap(told.directions.error)(jnp.eye(2)) * told.scale
@@ -239,7 +239,7 @@ def test_words_of_parameter_at_range_end_agree_with_bound():
         return jnp.asarray(matrix) @ jnp.stack([law.omega0, law.gamma])
 
     covariance = np.linalg.inv(matrix.T @ matrix) * 0.01
-    told = ij.information(data, ij.KelvinVoigt(1.0, 1e-11), 0.1)
+    told = ij.information_in(data, ij.KelvinVoigt(1.0, 1e-11), 0.1)
     assert math.isclose(math.sqrt(covariance[0, 0]), 0.145, rel_tol=0.01)  # of omega0 alone
     both = np.array([1.0, 6.5])
     assert math.isclose(math.sqrt(both @ covariance @ both), 0.0050, rel_tol=0.01)
@@ -254,6 +254,6 @@ def test_information_refuses_noise_and_names_without_sense():
     law = ij.LinearRestitution(0.7, 0.1)
     for sigma in (0.0, -1.0, np.array([1e-3, np.nan])):
         with pytest.raises(ValueError, match="must be positive"):
-            ij.information(data, law, sigma)
+            ij.information_in(data, law, sigma)
     with pytest.raises(ValueError, match="in both `free` and `fixed`"):
-        ij.information(data, law, 1e-3, free=["alpha"], fixed=["alpha"])
+        ij.information_in(data, law, 1e-3, free=["alpha"], fixed=["alpha"])

@@ -239,7 +239,9 @@ def test_document_is_json_without_infinities(fits):
 def test_restitution_figure_with_more_curves_than_colours(monkeypatch):
     monkeypatch.setattr("impactjax._report.coupling_figures.LAWS", LAWS[:1])
     _, estimate = line()
-    ax = ij.plot.sensitivities(plt.figure().add_subplot(), estimate)
+    ax = ij.plot.sensitivities(
+        plt.figure().add_subplot(), ij.identifiability(estimate), estimate.problem.recording
+    )
     legend = ax.get_legend()
     assert legend is not None
     labels = {text.get_text() for text in legend.get_texts()}

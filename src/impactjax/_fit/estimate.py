@@ -19,8 +19,8 @@ from impactjax._number_format import interval, with_error
 from impactjax._outcome import Outcome
 from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._problem.assumptions import Rest, assumptions, given_words, rests
+from impactjax._problem.failure import failure
 from impactjax._problem.problem import Problem
-from impactjax._results import RESULTS
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
 
@@ -134,7 +134,7 @@ class Estimate(eqx.Module, Generic[P]):
         self.check_single()
         outcome = Outcome(int(np.asarray(self.outcome)))
         if outcome is Outcome.NOT_SIMULATED:
-            return f"not simulated: {_failure(self.problem)}"
+            return f"not simulated: {failure(self.problem)}"
         if outcome is not Outcome.CONVERGED:
             return f"not converged: {outcome}"
         if float(self.misfit) > 0:
@@ -261,15 +261,6 @@ class Estimate(eqx.Module, Generic[P]):
 
     def _summary(self) -> str:
         return f"rms residual {float(self.rms):.4g}, {self.cause}"
-
-
-def _failure(problem: AbstractProblem) -> str:
-    """The reason why a simulation from the starting values fails."""
-    for each, _ in problem.each_recording():
-        result = each.recording.result(each.system, each.simulation)
-        if result != RESULTS.successful:
-            return str(RESULTS[result]).split(". ")[0].removesuffix(".")
-    return "the residuals are not finite"
 
 
 def _between(quoted: str) -> str:

@@ -5,9 +5,11 @@ from typing import NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 from jaxtyping import Bool, Float
 
-from impactjax._known import AnyArray
+from impactjax._known import AnyArray, known
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
 from impactjax._types import Flag
@@ -38,3 +40,10 @@ def evaluate(problem: AbstractProblem, u: Vector, parts: Parts, logged: Flag) ->
     """
     answer = problem.answer(problem.at(u), logged)
     return Evaluated(answer, jax.vmap(lambda part: problem.around(u, answer, part))(parts))
+
+
+def answer_at(problem: AbstractProblem, values: Vector, logged: bool = False) -> Answer:
+    """Residuals and Jacobian of a padded problem at natural values, by the program of searches."""
+    u = jnp.asarray(problem.coordinates(known(values)))
+    parts = jnp.asarray(problem.parts(LevenbergMarquardt().horizons))
+    return evaluate(problem, u, parts, jnp.asarray(logged)).answer

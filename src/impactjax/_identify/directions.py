@@ -30,7 +30,9 @@ class Spread(eqx.Module):
     errors: Float[AnyArray, " axes"]
 
     def error(self, weights: Weights) -> Float[AnyArray, "..."]:
-        """Standard error of each sum; infinite if it contains an undetermined axis."""
+        """Standard error of each sum; infinite if it contains an undetermined axis, NaN if the
+        sensitivities are not finite.
+        """
         xp = namespace(self.errors, weights)
         along = weights @ self.axes.T
         told = xp.isfinite(self.errors)
@@ -38,7 +40,8 @@ class Spread(eqx.Module):
         size = xp.linalg.norm(
             xp.where(told, along * xp.where(told, self.errors, 0.0), 0.0), axis=-1
         )
-        return xp.where(missing.any(axis=-1), xp.inf, size)
+        size = xp.where(missing.any(axis=-1), xp.inf, size)
+        return xp.where(xp.isnan(along).any(axis=-1), xp.nan, size)
 
     def part(self, indices: Int[np.ndarray, " own"]) -> "Spread":
         """The errors of some parameters, with the others estimated from the same data."""

@@ -1,26 +1,30 @@
-"""The verb `information`: Fisher information in data about parameters."""
+"""Fisher information in data about parameters."""
 
-from collections.abc import Callable, Sequence
-from typing import TypeVar
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from impactjax._identify.directions import Directions, Sensitivities, directions, spread, without
-from impactjax._identify.parameters import chosen
-from impactjax._known import AnyArray, is_known, known, namespace
-from impactjax._problem.parameters import Handle, with_values
-from impactjax._types import Numbers
+from impactjax._known import AnyArray, known, namespace
+from impactjax._problem.parameters import Handle
 
-Part = TypeVar("Part", bound=eqx.Module)
 PerParameter = Float[AnyArray, " parameters"]
 PerPair = Float[AnyArray, "parameters parameters"]
 
 _NOTHING = 0.1  # ratio of a positive parameter to its error below which its logarithm is useless
 _ACCOMPANYING = ("initial", "start", "sensor")  # nuisance parameters
+
+
+class About(NamedTuple):
+    """Names and kinds of parameters, as in `Information`."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    positive: tuple[bool, ...]
+    of_model: tuple[bool, ...]
 
 
 class Information(eqx.Module):
@@ -82,65 +86,47 @@ class Information(eqx.Module):
         left = without(self.sensitivities[:, own], self.sensitivities[:, other])
         return directions(names, left, spread(self.sensitivities).part(own))
 
+    def collinearity(self, names: Sequence[str]) -> Float[AnyArray, ""]:
+        """The collinearity index of some parameters, 1/√λ with the smallest eigenvalue λ of the
+        information with a unit diagonal: a change of one of them can be compensated by the others
+        up to a part 1/index. It is 1 for orthogonal sensitivities; above 10 to 15 the parameters
+        are hardly distinguished [1].
 
-def information(
-    data: Callable[[Part], Array],
-    part: Part,
-    sigma: Numbers,
-    *,
-    free: Sequence[str] = (),
-    fixed: Sequence[str] = (),
-) -> Information:
-    """Fisher information that data would contain about the parameters of a law, a model or any
-    part of it.
-
-    Works under `jit` and `vmap`. Source of the terms: Transtrum et al., J. Chem. Phys. 143, 010901
-    (2015).
-
-    **Arguments:**
-
-    - `data`: differentiable function from the part to the data: speeds, durations, a motion.
-    - `part`: law, model or system, with the values around which to linearise.
-    - `sigma`: standard deviation of the data's noise, one number or one for each datum.
-    - `free`: names of parameters to include although they are usually known.
-    - `fixed`: names of parameters to take as known.
-
-    **Raises** `ValueError` for a name that the part does not have or that is in both lists, for a
-    known `sigma` that is not positive, and if no parameter is left.
-    """
-    if both := sorted({*free} & {*fixed}):
-        raise ValueError(f"`{both[0]}` is in both `free` and `fixed`.")
-    if is_known(sigma) and not np.all(np.asarray(sigma) > 0):
-        raise ValueError(f"Argument `sigma` must be positive, but it is {sigma}.")
-    parameters = chosen(part, free, fixed)
-    values = jnp.stack([each.get(part) for each in parameters.values()])
-    noise = jnp.asarray(sigma, values.dtype)
-
-    def scaled(values: PerParameter) -> Float[AnyArray, " data"]:
-        return jnp.ravel(data(with_values(part, [*parameters.values()], list(values))) / noise)
-
-    return informed(parameters, values, jax.jacfwd(scaled)(values))
+        Source: R. Brun, P. Reichert and H. R. Künsch (2001), Water Resources Research 37, 1015.
+        """
+        for name in names:
+            if name not in self.names:
+                known_names = ", ".join(self.names)
+                raise ValueError(f"There is no parameter `{name}`; there are {known_names}.")
+        xp = namespace(self.sensitivities)
+        columns = self.sensitivities[:, np.array([self.names.index(name) for name in names], int)]
+        lengths = xp.linalg.norm(columns, axis=0)
+        unit = columns / xp.where(lengths > 0, lengths, 1.0)
+        smallest = xp.min(xp.linalg.svd(unit, full_matrices=False, compute_uv=False))
+        return xp.where(smallest > 0, 1 / xp.where(smallest > 0, smallest, 1.0), xp.inf)
 
 
-@np.errstate(all="ignore")  # no warnings, as in JAX
 def informed(
     parameters: dict[str, Handle], values: PerParameter, jacobian: Sensitivities
 ) -> Information:
     """The information in a Jacobian of the data divided by their noise, by each parameter."""
+    about = About(
+        tuple(parameters),
+        tuple(each.allowed.unit for each in parameters.values()),
+        tuple(each.allowed.low >= 0 for each in parameters.values()),
+        tuple(each.path[0] not in _ACCOMPANYING for each in parameters.values()),
+    )
+    return scaled(about, values, jacobian)
+
+
+@np.errstate(all="ignore")  # no warnings, as in JAX
+def scaled(about: About, values: PerParameter, jacobian: Sensitivities) -> Information:
+    """The information in a Jacobian of the data divided by their noise, by each parameter."""
     values, jacobian = known(values), known(jacobian)
     xp = namespace(values, jacobian)
-    positive = tuple(each.allowed.low >= 0 for each in parameters.values())
     size = xp.linalg.norm(jacobian, axis=0)
     alone = xp.where(size > 0, 1 / xp.where(size > 0, size, 1.0), 0.0)
-    below = xp.where(np.array(positive), _NOTHING * alone, alone)
+    below = xp.where(np.array(about.positive), _NOTHING * alone, alone)
     large = xp.where(xp.abs(values) < below, alone, xp.abs(values))
     scale = xp.where(large > 0, large, xp.where(alone > 0, alone, 1.0))
-    return Information(
-        names=tuple(parameters),
-        units=tuple(each.allowed.unit for each in parameters.values()),
-        positive=positive,
-        of_model=tuple(each.path[0] not in _ACCOMPANYING for each in parameters.values()),
-        values=values,
-        scale=scale,
-        sensitivities=jacobian * scale,
-    )
+    return Information(*about, values, scale, jacobian * scale)

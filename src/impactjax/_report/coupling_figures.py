@@ -5,11 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactjax._fit.estimate import Estimate
-from impactjax._identify.identifiability import identifiability
 from impactjax._identify.information import Information
 from impactjax._identify.words import findings
-from impactjax._problem.problem import Problem
+from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._report.style import FITTED, LAWS, OTHER
 
 if TYPE_CHECKING:
@@ -57,16 +55,22 @@ def plot_directions(ax: "Axes", information: Information) -> "Axes":
     return ax
 
 
-def plot_sensitivities(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
-    """Sensitivity of each sample to each parameter: change of the recorded quantity for an increase
-    of the parameter by 1 %, in standard deviations of the noise.
+def plot_sensitivities(
+    ax: "Axes", information: Information, recording: AbstractRecording
+) -> "Axes":
+    """Sensitivity of each observation to each parameter: change of the recorded quantity for an
+    increase of the parameter by 1 %, in standard deviations of the noise.
+
+    **Arguments:**
+
+    - `ax`: axes to draw on.
+    - `information`: result of `identifiability` or `information`.
+    - `recording`: the recording that it is about, measured or planned.
     """
-    told = identifiability(estimate)
-    at, label = estimate.problem.recording.axis
-    for name, column, color in zip(
-        told.names, np.asarray(told.sensitivities).T, cycle(LAWS), strict=False
-    ):
-        ax.plot(at, 0.01 * column, color=color, linewidth=1, label=name)
+    at, label = recording.axis
+    columns = 0.01 * np.asarray(information.sensitivities)[: len(at)].T
+    for name, column, color in zip(information.names, columns, cycle(LAWS), strict=False):
+        ax.plot(at, column, color=color, linewidth=1, label=name)
     ax.axhline(0, color="black", linewidth=0.5)
     ax.set_yscale("symlog", linthresh=0.1)
     ax.set(xlabel=label, ylabel="noise sizes per 1 %")

@@ -145,7 +145,7 @@ def _coupling_pictures(name: str, best: Fitted) -> list[Picture]:
             Margins(left=0.15, top=0.1),
         ),
         (  # with a legend in three columns
-            partial(plot_sensitivities, estimate=estimate),
+            partial(plot_sensitivities, information=told, recording=estimate.problem.recording),
             f"Sensitivity of {name} to each parameter of {law} in time",
             Margins(top=0.2 + 0.2 * math.ceil(len(told.names) / 3)),
         ),

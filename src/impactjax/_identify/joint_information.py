@@ -1,0 +1,60 @@
+"""The verb `joint_information`: information in several experiments together."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from impactjax._identify.information import About, Information, scaled
+from impactjax._known import is_known, namespace
+from impactjax._refusal import check_kind
+
+
+def joint_information(parts: Sequence[Information]) -> Information:
+    """Fisher information in several experiments together: about a slow and a fast drop, a motion
+    and contact durations, repeats.
+
+    Parameters of the model are the same in all parts that have them. Those of initial state,
+    release and sensor belong to one part each; their names get its number: `theta0[1]`.
+
+    **Arguments:**
+
+    - `parts`: results of `information` or `information_in`, at the same values.
+
+    **Raises** `ValueError` if there is no part, and for a parameter of the model that has different
+    values.
+    """
+    if not parts:
+        raise ValueError("There is no information to join.")
+    for each in parts:
+        check_kind("parts", each, Information, "information(experiment)")
+    if len(parts) == 1:
+        return parts[0]
+    xp = namespace(*parts)
+    found: dict[str, tuple[str, bool, bool, object]] = {}
+    for i, part in enumerate(parts):
+        for name, unit, positive, own, value in zip(
+            _names(part, i), part.units, part.positive, part.of_model, part.values, strict=True
+        ):
+            if name in found and not _same(found[name][3], value):
+                raise ValueError(f"Parameter `{name}` has different values in the parts.")
+            found.setdefault(name, (unit, positive, own, value))
+    names = tuple(found)
+    units, positive, of_model, values = zip(*found.values(), strict=True)
+    rows = []
+    for i, part in enumerate(parts):
+        places = np.array([names.index(name) for name in _names(part, i)])
+        spread = np.zeros((len(places), len(names)))
+        spread[np.arange(len(places)), places] = 1
+        rows.append(part.sensitivities / part.scale @ xp.asarray(spread, part.scale.dtype))
+    about = About(names, units, positive, of_model)
+    return scaled(about, xp.stack(values), xp.concatenate(rows))
+
+
+def _names(part: Information, number: int) -> list[str]:
+    pairs = zip(part.names, part.of_model, strict=True)
+    return [name if own else f"{name}[{number}]" for name, own in pairs]
+
+
+def _same(one: object, other: object) -> bool:
+    """True unless two values are known to differ."""
+    return not is_known((one, other)) or bool(np.allclose(np.asarray(one), np.asarray(other)))
