@@ -47,6 +47,11 @@ def ball(clock: float = CLOCK) -> ij.Experiment:
     return ij.Experiment(BALL, recording, start, ij.Sensor(sigma=clock), simulation=SMALL)
 
 
+def short() -> ij.Experiment:
+    """A plan whose times are far too short for its impacts."""
+    return dataclasses.replace(ball(), recording=ij.ImpactTimes(1e-3 * np.arange(COUNT)))
+
+
 def test_bounds_of_a_straight_line_are_those_of_regression():
     told = ij.information(line())
     assert told.names == ("x0", "x_dot0")
@@ -105,6 +110,34 @@ def test_information_under_jit_and_vmap():
     np.testing.assert_allclose(jax.jit(jax.vmap(bounds))(speeds), each, rtol=1e-9)
 
 
+def test_bounds_as_a_function_of_the_scatter():
+    def bound(scatter):
+        return ij.information(ball(), scatter=scatter).bounds[0]
+
+    sizes = jnp.array([1e-3, 2e-3])
+    each = [bound(float(size)) for size in sizes]
+    np.testing.assert_allclose(jax.vmap(bound)(sizes), each, rtol=1e-9)
+    step = 1e-6
+    slope = (bound(1e-3 + step) - bound(1e-3 - step)) / (2 * step)
+    np.testing.assert_allclose(jax.grad(bound)(1e-3), slope, rtol=1e-5)
+
+
+def test_parameter_without_effect_has_an_infinite_bound():
+    """The motion starts at the first sample, so that a delay changes nothing but rounding."""
+    model = ij.ImpactOscillator(ij.LinearOscillator(12.0, 0.02), ij.Stop(ij.Restitution(0.7)))
+    plan = ij.Experiment(
+        model,
+        ij.planned(jnp.linspace(0.0, 1.0, 101), ij.Displacement()),
+        ij.InitialState(0.1),
+        ij.Sensor(sigma=1e-3),
+        free=("delay", "mass"),
+        simulation=ij.Simulation(max_steps=64, max_impacts=16),
+    )
+    told = ij.information(plan)
+    infinite = {name: bool(np.isinf(x)) for name, x in zip(told.names, told.bounds, strict=True)}
+    assert infinite == {name: name in ("delay", "mass") for name in told.names}
+
+
 def test_impossible_motion_is_said_and_is_nan_under_vmap():
     model = ij.ImpactOscillator(ij.Pendulum(omega_n=30.0))
     plan = ij.Experiment(
@@ -130,9 +163,14 @@ def test_impossible_motion_is_said_and_is_nan_under_vmap():
         (lambda: ij.information(line(None)), "state `sigma`"),
         (lambda: ij.synthetic(line(None), jax.random.key(0)), "state `sigma`"),
         (lambda: ij.information(line(), scatter=0.1), "needs a stop"),
-        (lambda: ij.information(ball(), scatter=-0.1), "must not be negative"),
-        (lambda: ij.synthetic(ball(), jax.random.key(0), scatter=-1), "must not be negative"),
-        (lambda: ij.information(ball(), scatter=math.nan), "must not be negative"),
+        (lambda: ij.information(ball(), scatter=-0.1), "must be a number from 0 on"),
+        (lambda: ij.synthetic(ball(), jax.random.key(0), scatter=-1), "must be a number from 0 on"),
+        (lambda: ij.information(ball(), scatter=math.nan), "must be a number from 0 on"),
+        (lambda: ij.information(ball(), scatter=math.inf), "must be a number from 0 on"),
+        (lambda: ij.information(ball(), scatter=np.ones(2)), "must be a number from 0 on"),
+        (lambda: ij.synthetic(line(), jax.random.key(0), scatter=0.1), "needs a stop"),
+        (lambda: ij.information(short()), "fewer impacts than recorded"),
+        (lambda: ij.synthetic(short(), jax.random.key(0)), "fewer impacts than recorded"),
         (
             lambda: ij.information(line(fixed=("x0",), priors={"x0": ij.Normal(0.0, 1.0)})),
             "which is not fitted",
@@ -166,6 +204,12 @@ def test_experiments_with_other_values_are_refused():
     parts = [ij.information(each) for each in (ball(), dataclasses.replace(ball(), model=other))]
     with pytest.raises(ValueError, match="`r` has different values"):
         ij.joint_information(parts)
+    stiff = [
+        ij.information_in(lambda law: jnp.array([law.k, law.c]), law, 1.0)
+        for law in (ij.Walton(1e4, 1.0), ij.Simon(1e4, 1.0))
+    ]
+    with pytest.raises(ValueError, match="different units"):
+        ij.joint_information(stiff)
     with pytest.raises(ValueError, match="no information to join"):
         ij.joint_information([])
 
@@ -179,6 +223,17 @@ def test_collinearity_is_that_of_two_columns_at_an_angle():
     np.testing.assert_allclose(told.collinearity(["x0"]), 1.0)
     with pytest.raises(ValueError, match="no parameter `r`"):
         told.collinearity(["r"])
+    for names in ("x0", []):
+        with pytest.raises(ValueError, match="list of at least one name"):
+            told.collinearity(names)
+
+
+@pytest.mark.parametrize(("factor", "index"), [(1.0, np.inf), (np.nan, np.nan)])
+def test_collinearity_of_parameters_that_one_datum_tells(factor, index):
+    told = ij.information_in(
+        lambda law: factor * jnp.array([law.r0 - law.alpha]), ij.LinearRestitution(0.8, 0.1), 1e-3
+    )
+    np.testing.assert_equal(float(told.collinearity(["r0", "alpha"])), index)
 
 
 def test_synthetic_recording_is_the_motion_with_noise():

@@ -120,6 +120,19 @@ def test_figure_shows_results_and_their_mean():
     assert ax.get_ylabel() == "omega_n [rad/s]"
 
 
+def test_single_repeats_stay_in_the_range():
+    firsts = []
+    for i, value in enumerate((0.999, 0.9995, 0.98)):
+        fitted = repeat(i).fits[0]
+        estimate, place = fitted.estimate, fitted.estimate.names.index("zeta")
+        values, errors = (np.array(getattr(estimate, x)) for x in ("values", "standard_errors"))
+        values[place], errors[place] = 1e-3 * (1 - value), 1e-3
+        own = dataclasses.replace(estimate, values=values, standard_errors=errors)
+        firsts.append(ij.Comparison(f"run {i}", (fitted._replace(estimate=own),)))
+    zeta = ij.repeatability(firsts)["first"]["zeta"]
+    assert zeta.low == zeta.over.single_low == 0
+
+
 def test_one_comparison_is_refused():
     with pytest.raises(ValueError, match="at least two recordings"):
         ij.repeatability([repeat(0)])
@@ -159,3 +172,15 @@ def test_folder_without_recordings_and_a_single_recording_are_refused(runs, tmp_
     assert (run.status, "has no file in it" in run.stderr) == (2, True)
     run = impactjax("fit", runs / "run1.csv", "--together")
     assert (run.status, "at least two recordings" in run.stderr) == (2, True)
+    again = runs / ".." / FOLDER / "run1.csv"
+    run = impactjax("fit", runs / "run1.csv", again, "--together")
+    assert (run.status, "at least two recordings" in run.stderr) == (2, True)
+    run = impactjax("fit", tmp_path / "none.csv", "--together")
+    assert (run.status, "none.csv" in run.stderr) == (2, True)
+
+
+def test_report_of_nothing_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="no comparison to report"):
+        ij.io.write_report(tmp_path, [])
+    with pytest.raises(TypeError, match="results"):
+        ij.io.write_report(tmp_path, repeats().models)  # pyright: ignore[reportArgumentType]

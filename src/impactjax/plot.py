@@ -4,6 +4,7 @@ from impactjax._report.check_figure import plot_check as check
 from impactjax._report.coupling_figures import plot_correlation as correlation
 from impactjax._report.coupling_figures import plot_directions as directions
 from impactjax._report.coupling_figures import plot_sensitivities as sensitivities
+from impactjax._report.couplings_figure import plot_couplings as couplings
 from impactjax._report.fit_figures import plot_fit as fit
 from impactjax._report.fit_figures import plot_residuals as residuals
 from impactjax._report.repeats_figure import plot_repeats as repeats
@@ -19,6 +20,7 @@ __all__ = [
     "autocorrelation",
     "check",
     "correlation",
+    "couplings",
     "directions",
     "first_look",
     "fit",

@@ -100,10 +100,10 @@ def fit_command(
         check_names(laws or [], system)
         oscillator = None if system is None else OSCILLATORS[system]()
         once = files_of(recordings)
-        if together and len(once) < 2:
-            raise Refusal("--together needs at least two recordings.")
         said = options(free or [], fix or [], loss)
         surveys = [surveyed(path, sidecar, oscillator, laws, said) for path in once]
+        if together and len(once) < 2:
+            raise Refusal("--together needs at least two recordings.")
         targets = _targets(out, force)
         made = [_prepared(found, said) for found in surveys]
         for found in surveys:

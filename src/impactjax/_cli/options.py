@@ -90,13 +90,14 @@ def files_of(recordings: Sequence[Path]) -> list[Path]:
     """The files of a command's arguments, each once; of a folder all that are neither sidecars nor
     hidden, in the order of their names. Raises `Refusal` for a folder without any.
     """
-    found: dict[Path, None] = {}
+    found: dict[Path, Path] = {}
     for path in recordings:
         own = _inside(path) if path.is_dir() else [path]
         if not own:
             raise Refusal(f"{path} has no file in it; name a recording, or a folder of some.")
-        found |= dict.fromkeys(own)
-    return [*found]
+        for each in own:
+            found.setdefault(each.resolve(), each)
+    return [*found.values()]
 
 
 def _inside(folder: Path) -> list[Path]:

@@ -128,6 +128,8 @@ def repeatability(comparisons: Sequence[Comparison]) -> Repeatability:
 
     **Raises** `ValueError` for fewer than two comparisons.
     """
+    if isinstance(comparisons, Comparison):
+        comparisons = [comparisons]
     for each in comparisons:
         check_kind("comparisons", each, Comparison, _REMEDY)
     if len(comparisons) < 2:
@@ -197,6 +199,10 @@ def _parameter(fits: Sequence[Fitted], name: str, handle: Handle) -> RepeatedPar
         return None
     over, allowed = random_effects(values[told], errors[told]), handle.allowed
     low, high = max(over.low, allowed.low), min(over.high, allowed.high)
+    over = over._replace(
+        single_low=max(over.single_low, allowed.low),
+        single_high=min(over.single_high, allowed.high),
+    )
     values, errors = np.where(told, values, np.nan), np.where(told, errors, np.nan)
     return RepeatedParameter(name, allowed.unit, values, errors, over, low, high)
 

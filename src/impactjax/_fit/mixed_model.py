@@ -248,7 +248,7 @@ def marginal_likelihood(
 
 def whitened(columns: Jacobian, effects: Effects, ratio: Number) -> Jacobian:
     """Columns in units of random effects and noise together: (I + λ A Aᵀ)^(−1/2) times them."""
-    xp = namespace(columns, effects)
+    xp = namespace(columns, effects, ratio)
     axes, lengths, _ = xp.linalg.svd(effects, full_matrices=False)
     shrunk = 1 / xp.sqrt(1 + ratio * lengths**2) - 1
     return columns + axes @ (shrunk[:, None] * (axes.T @ columns))

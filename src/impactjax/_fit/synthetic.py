@@ -1,6 +1,7 @@
 """The verb `synthetic`: experiment → the same with a simulated recording."""
 
 import dataclasses
+import math
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +14,7 @@ from impactjax._known import is_known
 from impactjax._optimise.linearisation import Vector
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
+from impactjax._problem.failure import failure
 from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import Residuals
 from impactjax._refusal import check_kind
@@ -32,23 +34,41 @@ def synthetic(
     - `key`: random key of the noise.
     - `scatter`: standard deviation of the logarithm of the speed after each impact [1].
 
-    **Raises** `ValueError` as `fit` does, for a sensor without `sigma`, and for a negative
-    `scatter`.
+    **Raises** `ValueError` as `fit` does, for a sensor without `sigma`, a `scatter` that is not a
+    number from 0 on or has no stop, and a motion that cannot be simulated.
     """
     check_kind("experiment", experiment, Experiment, "Experiment(model, planned(...), initial)")
     problem = build_problem(experiment)
     variance, start = problem.variance(), problem.start
     if variance is None:
         raise ValueError("A synthetic recording needs the size of its noise: state `sigma`.")
-    if is_known(scatter) and not float(np.asarray(scatter)) >= 0:
-        raise ValueError(f"Argument `scatter` must not be negative, but it is {scatter}.")
+    has_scatter(problem, scatter)
     of_noise, of_scatter = jax.random.split(key)
     steps = jax.random.normal(of_scatter, (problem.impacts,), start.dtype)
     logs = jnp.asarray(scatter, start.dtype) * steps
     residuals = _residuals(problem, start, logs)
+    if is_known(residuals) and not np.isfinite(np.asarray(residuals)).all():
+        raise ValueError(f"The motion cannot be simulated: {failure(problem)}.")
     noise = jnp.sqrt(variance) * jax.random.normal(of_noise, residuals.shape, start.dtype)
     rows = jnp.where(problem.valid, residuals + noise, 0.0)
     return dataclasses.replace(experiment, recording=experiment.recording.shifted(-rows))
+
+
+def has_scatter(problem: Problem, scatter: ArrayLike) -> bool:
+    """True unless the size of the scatter from impact to impact is known to be zero.
+
+    **Raises** `ValueError` for a size that is no number, negative or infinite, and for a model
+    without a stop.
+    """
+    size = None
+    if is_known(scatter):
+        number = isinstance(scatter, int | float | np.ndarray | np.generic | jax.Array)
+        size = float(np.asarray(scatter)) if number and np.shape(scatter) == () else math.nan
+    if size is not None and not 0 <= size < math.inf:
+        raise ValueError(f"Argument `scatter` must be a number from 0 on, but it is {scatter}.")
+    if size != 0 and not problem.has_stop:
+        raise ValueError("Scatter from impact to impact needs a stop, and the model has none.")
+    return size != 0
 
 
 def _residuals(problem: Problem, values: Vector, logs: Effects) -> Residuals:

@@ -9,6 +9,7 @@ from impactjax._fit.evaluation import answer_at, evaluate
 from impactjax._fit.linear_scatter import around
 from impactjax._fit.mixed_model import whitened
 from impactjax._fit.straight import straight
+from impactjax._fit.synthetic import has_scatter
 from impactjax._identify.directions import Sensitivities
 from impactjax._identify.information import Information, informed
 from impactjax._known import AnyArray, is_known, known, namespace
@@ -26,10 +27,11 @@ from impactjax._refusal import check_kind
 def information(experiment: Experiment, *, scatter: ArrayLike = 0.0) -> Information:
     """Fisher information in the recording of an experiment, at the values of its model.
 
-    No measured value is used, so it may be a planned one (`planned`). All parameters that a fit
-    would vary are included: those of initial state, release and sensor are estimated from the same
-    data. Prior knowledge counts as further observations. The bounds are those of a fit by least
-    squares with independent noise of the sensor's `sigma`.
+    No measured value is used, so it may be a planned one (`planned`). Impact times are simulated up
+    to twice the length of the recorded ones, which must therefore be about right. All parameters
+    that a fit would vary are included: those of initial state, release and sensor are estimated
+    from the same data. Prior knowledge counts as further observations. The bounds are those of a
+    fit by least squares with independent noise of the sensor's `sigma`.
 
     Works under `jit` and `vmap`, in which the result of a failed simulation is NaN.
 
@@ -49,12 +51,7 @@ def information(experiment: Experiment, *, scatter: ArrayLike = 0.0) -> Informat
             "Information before a measurement needs the size of the noise: state `sigma` of the "
             "sensor, as in `Sensor(sigma=0.001)`."
         )
-    scatters = not (is_known(scatter) and float(np.asarray(scatter)) == 0)
-    if is_known(scatter) and not float(np.asarray(scatter)) >= 0:
-        raise ValueError(f"Argument `scatter` must not be negative, but it is {scatter}.")
-    if scatters and not problem.has_stop:
-        raise ValueError("Scatter from impact to impact needs a stop, and the model has none.")
-    if scatters:
+    if has_scatter(problem, scatter):
         jacobian = _scattered(problem, values, variance, scatter)
     else:
         jacobian = _plain(problem, values)
@@ -82,10 +79,10 @@ def _scattered(
     if is_known(problem) and not own.recording.observes_impacts:
         happen = int(answer_at(own, values, logged=True).impacts.count)
         most = min(padded_size(max(happen, 1)), most)
-    xp = namespace(values)
-    nothing = xp.zeros(most, values.dtype)
+    nothing = namespace(values).zeros(most, values.dtype)
     point = around(own, axes.turned(values), nothing, evaluate)
-    ratio = xp.asarray(scatter) ** 2 / variance
+    xp = namespace(point.jacobian, variance, scatter)
+    ratio = xp.asarray(scatter, point.jacobian.dtype) ** 2 / variance
     white = whitened(point.jacobian / axes.slopes(axes.turned(values)), point.effects, ratio)
     return _existing(point.residuals, white)[: problem.valid.shape[-1]]
 

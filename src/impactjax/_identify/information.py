@@ -15,6 +15,7 @@ PerParameter = Float[AnyArray, " parameters"]
 PerPair = Float[AnyArray, "parameters parameters"]
 
 _NOTHING = 0.1  # ratio of a positive parameter to its error below which its logarithm is useless
+_ROUNDING = 64  # roundings of the largest effect that count as none
 _ACCOMPANYING = ("initial", "start", "sensor")  # nuisance parameters
 
 
@@ -94,16 +95,17 @@ class Information(eqx.Module):
 
         Source: R. Brun, P. Reichert and H. R. Künsch (2001), Water Resources Research 37, 1015.
         """
+        if isinstance(names, str) or not names:
+            raise ValueError("Argument `names` must be a list of at least one name.")
         for name in names:
             if name not in self.names:
-                known_names = ", ".join(self.names)
-                raise ValueError(f"There is no parameter `{name}`; there are {known_names}.")
+                have = ", ".join(self.names)
+                raise ValueError(f"There is no parameter `{name}`; there are {have}.")
         xp = namespace(self.sensitivities)
         columns = self.sensitivities[:, np.array([self.names.index(name) for name in names], int)]
         lengths = xp.linalg.norm(columns, axis=0)
-        unit = columns / xp.where(lengths > 0, lengths, 1.0)
-        smallest = xp.min(xp.linalg.svd(unit, full_matrices=False, compute_uv=False))
-        return xp.where(smallest > 0, 1 / xp.where(smallest > 0, smallest, 1.0), xp.inf)
+        errors = spread(columns / xp.where(lengths > 0, lengths, 1.0)).errors
+        return xp.where(xp.isfinite(columns).all(), xp.max(errors), xp.nan)
 
 
 def informed(
@@ -124,6 +126,9 @@ def scaled(about: About, values: PerParameter, jacobian: Sensitivities) -> Infor
     """The information in a Jacobian of the data divided by their noise, by each parameter."""
     values, jacobian = known(values), known(jacobian)
     xp = namespace(values, jacobian)
+    effect = xp.linalg.norm(jacobian, axis=0) * xp.where(values != 0, xp.abs(values), 1.0)
+    only_rounding = effect < _ROUNDING * xp.finfo(jacobian.dtype).eps * xp.max(effect)
+    jacobian = xp.where(only_rounding, 0.0, jacobian)
     size = xp.linalg.norm(jacobian, axis=0)
     alone = xp.where(size > 0, 1 / xp.where(size > 0, size, 1.0), 0.0)
     below = xp.where(np.array(about.positive), _NOTHING * alone, alone)

@@ -14,15 +14,18 @@ def joint_information(parts: Sequence[Information]) -> Information:
     and contact durations, repeats.
 
     Parameters of the model are the same in all parts that have them. Those of initial state,
-    release and sensor belong to one part each; their names get its number: `theta0[1]`.
+    release and sensor belong to one part each; their names get its number: `theta0[1]`. Prior
+    knowledge that several parts have counts as often: give it to one of them.
 
     **Arguments:**
 
     - `parts`: results of `information` or `information_in`, at the same values.
 
     **Raises** `ValueError` if there is no part, and for a parameter of the model that has different
-    values.
+    values or units.
     """
+    if isinstance(parts, Information):
+        parts = [parts]
     if not parts:
         raise ValueError("There is no information to join.")
     for each in parts:
@@ -35,6 +38,8 @@ def joint_information(parts: Sequence[Information]) -> Information:
         for name, unit, positive, own, value in zip(
             _names(part, i), part.units, part.positive, part.of_model, part.values, strict=True
         ):
+            if name in found and found[name][0] != unit:
+                raise ValueError(f"Parameter `{name}` has different units in the parts.")
             if name in found and not _same(found[name][3], value):
                 raise ValueError(f"Parameter `{name}` has different values in the parts.")
             found.setdefault(name, (unit, positive, own, value))

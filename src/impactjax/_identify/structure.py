@@ -32,6 +32,7 @@ from impactjax._types import Numbers
 
 _SPREAD = 0.2  # standard deviation of the random points, relative to the values
 _NULL = 1e-8  # relative singular value that counts as zero
+_ROUNDING = 100  # roundings that count as zero
 _PART = 1e-3  # component of a null direction that is more than rounding
 _DETERMINED = 0.5  # relative bound from which a 95 % interval reaches zero
 
@@ -142,6 +143,8 @@ def _around(
     told: Information, ranges: Sequence[Range], points: int, seed: int
 ) -> Float[np.ndarray, "points parameters"]:
     """Random values around the given ones, inside the ranges."""
+    if points < 0:
+        raise ValueError(f"Argument `points` must not be negative, but it is {points}.")
     values, scale = np.asarray(told.values), np.asarray(told.scale)
     steps = _SPREAD * np.random.default_rng(seed).standard_normal((points, len(values)))
     scaled = np.array(told.positive) & (values > 0)
@@ -167,11 +170,12 @@ def _null(told: Information) -> tuple[int, Bool[np.ndarray, " parameters"]]:
     """
     sensitivities, lengths = (np.asarray(x) for x in (told.sensitivities, _lengths(told)))
     whole = np.linalg.norm(sensitivities, axis=0)
-    present = lengths > _NULL * np.max(lengths)
+    null = max(_NULL, _ROUNDING * float(np.finfo(sensitivities.dtype).eps))
+    present = lengths > null * np.max(lengths)
     unit = np.where(present, sensitivities / np.where(present, whole, 1.0), 0.0)
     missing = max(unit.shape[1] - unit.shape[0], 0)
     _, sizes, rows = np.linalg.svd(np.pad(unit, ((0, missing), (0, 0))), full_matrices=False)
-    felt = sizes > _NULL * np.max(sizes, initial=0.0)
+    felt = sizes > null * np.max(sizes, initial=0.0)
     return int(np.sum(felt)), np.any(np.abs(rows[~felt]) > _PART, axis=0)
 
 

@@ -1,5 +1,7 @@
 """Outcome of one impact: restitution, duration, depth, force and energy loss."""
 
+from typing import Protocol, runtime_checkable
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -28,6 +30,13 @@ class Equivalents(eqx.Module):
     energy_lost: Energy
 
     __repr__ = with_numbers
+
+
+@runtime_checkable
+class ClosedForm(Protocol):
+    """A force law whose impacts have a closed form."""
+
+    def equivalents(self, speed: Numbers, mass: Numbers) -> Equivalents: ...
 
 
 def approach(speed: Numbers, mass: Numbers) -> tuple[Speed, Mass]:

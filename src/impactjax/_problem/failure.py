@@ -10,4 +10,6 @@ def failure(problem: AbstractProblem) -> str:
         result = each.recording.result(each.system, each.simulation)
         if result != RESULTS.successful:
             return str(RESULTS[result]).split(". ")[0].removesuffix(".")
+    if any(each.recording.observes_impacts for each, _ in problem.each_recording()):
+        return "fewer impacts than recorded happen in twice the recorded time"
     return "the residuals are not finite"

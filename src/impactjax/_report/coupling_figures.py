@@ -65,7 +65,8 @@ def plot_sensitivities(
 
     - `ax`: axes to draw on.
     - `information`: result of `identifiability` or `information`.
-    - `recording`: the recording that it is about, measured or planned.
+    - `recording`: the one recording that it is about, measured or planned. Scatter from impact to
+      impact mixes the samples.
     """
     at, label = recording.axis
     columns = 0.01 * np.asarray(information.sensitivities)[: len(at)].T

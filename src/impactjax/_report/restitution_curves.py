@@ -1,7 +1,6 @@
 """Restitution against speed: impacts of the fitted motion, and curves of the laws."""
 
 from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
 
 import equinox as eqx
 import jax
@@ -13,24 +12,16 @@ from impactjax._compare.comparison import Fitted
 from impactjax._fit.estimate import Estimate
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.information import Information
-from impactjax._model.equivalents import Equivalents
+from impactjax._model.equivalents import ClosedForm
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._problem.parameters import replaced
 from impactjax._problem.problem import Problem
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
-from impactjax._types import Numbers
 
 _POINTS = 200
 
 Curve = Float[Array | np.ndarray, " speeds"]
-
-
-@runtime_checkable
-class _ClosedForm(Protocol):
-    """A force law whose impacts have a closed form."""
-
-    def equivalents(self, speed: Numbers, mass: Numbers) -> Equivalents: ...
 
 
 def speeds_of(fits: Sequence[Fitted]) -> Float[Array, " speeds"]:
@@ -46,7 +37,7 @@ def restitution_curve(
     law whose restitution has no closed form.
     """
     stop = estimate.system.model.lower
-    if stop is None or not isinstance(stop.law, AbstractImpactLaw | _ClosedForm):
+    if stop is None or not isinstance(stop.law, AbstractImpactLaw | ClosedForm):
         return None
     told = identifiability(estimate)
     middle, slopes = _sloped(
@@ -74,7 +65,7 @@ def _sloped(
         if isinstance(law, AbstractImpactLaw):
             found = law.restitution(speeds) * jnp.ones_like(speeds)
         else:
-            assert isinstance(law, _ClosedForm)
+            assert isinstance(law, ClosedForm)
             found = law.equivalents(speeds, model.oscillator.mass).restitution
         return found, found
 

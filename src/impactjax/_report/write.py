@@ -8,6 +8,7 @@ from pathlib import Path
 
 from impactjax._compare.comparison import Comparison
 from impactjax._compare.repeatability import Repeatability
+from impactjax._refusal import check_kind
 from impactjax._report.document import document
 from impactjax._report.page import page
 
@@ -34,7 +35,8 @@ def write_report(
     - `command`: command to quote in the report.
     - `force`: true to overwrite files.
 
-    **Raises** `FileExistsError` for files that exist, unless `force`.
+    **Raises** `FileExistsError` for files that exist, unless `force`, `TypeError` for other
+    results, and `ValueError` for none.
     """
     repeats = results if isinstance(results, Repeatability) else None
     several = _comparisons(results)
@@ -51,7 +53,12 @@ def _comparisons(
 ) -> Sequence[Comparison]:
     if isinstance(results, Repeatability):
         return results.comparisons
-    return [results] if isinstance(results, Comparison) else results
+    several = [results] if isinstance(results, Comparison) else [*results]
+    for each in several:
+        check_kind("results", each, Comparison, "compare(prepare(file))")
+    if not several:
+        raise ValueError("There is no comparison to report.")
+    return several
 
 
 def report_files(folder: Path) -> tuple[Path, ...]:
