@@ -91,7 +91,7 @@ def _existing(residuals: Residuals, jacobian: Sensitivities | None) -> Sensitivi
     """A Jacobian, NaN if a residual is: the derivatives of what was not simulated are zero."""
     assert jacobian is not None
     residuals, jacobian = known(residuals), known(jacobian)
-    xp = namespace(residuals)
+    xp = namespace(residuals, jacobian)
     return xp.where(xp.all(xp.isfinite(residuals)), jacobian, xp.nan)
 
 
