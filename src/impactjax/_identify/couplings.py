@@ -31,27 +31,26 @@ from impactjax._problem.parameters import Handle
 from impactjax._problem.problem import Problem
 from impactjax._record.planned import planned
 from impactjax._refusal import check_kind
-from impactjax._sensor.low_pass import AbstractLowPass, Butterworth
+from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.quantity import Angle, Displacement
 from impactjax._sensor.sensor import Sensor
 from impactjax._simulate.single_impact import single_impact
 from impactjax._types import Numbers, Samples
 
 _MODEL = "ImpactOscillator(Pendulum(13.0), Stop(Walton(1e4, 1e3)))"
+_CUTOFF, _SIGMA = 50.0, 3.5e-3  # of the usual sensor [Hz], [rad] or [m]
 _SECOND_START = 0.4  # of the first one
 
 
 class Accuracy(NamedTuple):
-    """Standard deviations of measured quantities.
+    """Standard deviations of what is measured of a contact.
 
-    - `record`: of a sample of the coordinate [rad] or [m].
     - `speed`: of the speed after an impact [m/s].
     - `duration`: of the duration of a contact [s].
     - `penetration`: of the deepest penetration of a contact [m].
     - `force`: of the largest force of a contact [N].
     """
 
-    record: float = 3.5e-3
     speed: float = 1e-3
     duration: float = 1e-4
     penetration: float = 1e-5
@@ -98,13 +97,13 @@ def couplings(
     ts: Numbers,
     *,
     accuracy: Accuracy = Accuracy(),
-    low_pass: AbstractLowPass | None = Butterworth(50.0),
+    sensor: Sensor | None = None,
     forced: HarmonicMotion | None = None,
 ) -> Couplings:
     """Information about the contact law in different measurements of a motion:
 
     - rebound speeds of its impacts;
-    - a record of the coordinate at `ts` behind a low-pass;
+    - a record of the coordinate at `ts`;
     - the record with durations, deepest penetrations or largest forces of the contacts, for a law
       that has a force;
     - two records, the second from a start at 0.4 times the first one;
@@ -118,17 +117,19 @@ def couplings(
 
     - `model`, `initial`: model with a lower stop, and initial state.
     - `ts`: times of the samples [s].
-    - `accuracy`: standard deviations of the measured quantities.
-    - `low_pass`: filter of the record; none if `None`.
+    - `accuracy`: standard deviations of what is measured of a contact.
+    - `sensor`: sensor of the record, with its `sigma`; by default one with a low-pass of 50 Hz and
+      noise of 3.5 mrad (0.2 deg) or 3.5 mm.
     - `forced`: motion of the base, for an oscillator that has one.
 
-    **Raises** `ValueError` for a model without a lower stop, a motion without a complete impact, a
-    motion that cannot be simulated, and an oscillator without a base if `forced` is given.
+    **Raises** `ValueError` as `information` does, for a model without a lower stop, a motion
+    without a complete impact, and an oscillator without a base if `forced` is given.
     """
     check_kind("model", model, ImpactOscillator, _MODEL)
     if model.lower is None:
         raise ValueError("The model has no lower stop, and so no contact law.")
-    plan = _Plan(jnp.asarray(ts), Sensor(low_pass=low_pass, sigma=accuracy.record))
+    usual = Sensor(low_pass=Butterworth(_CUTOFF), sigma=_SIGMA) if sensor is None else sensor
+    plan = _Plan(jnp.asarray(ts), usual)
     first = plan.recorded(model, initial)
     if not first.speeds.size:
         raise ValueError("The motion has no complete impact, so nothing tells of the contact.")
