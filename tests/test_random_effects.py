@@ -72,7 +72,7 @@ def test_chance_is_that_of_the_chi_squared_distribution():
     np.testing.assert_allclose(random_effects(VALUES, ERRORS).chance, stats.chi2.sf(squares, 2))
 
 
-@pytest.mark.parametrize("count", [2, 3, 10])
+@pytest.mark.parametrize("count", [2, 5])
 @pytest.mark.parametrize("between", [0.0, 5.0])
 def test_intervals_hold_the_mean_and_the_next_repeat(count, between):
     rng, draws = np.random.default_rng(7), 200
