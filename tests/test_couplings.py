@@ -64,6 +64,9 @@ def test_forcing_and_figure():
     forced = ij.HarmonicMotion(0.01, 2 * math.pi * 4.2)
     found = ij.couplings(pendulum(ij.Restitution(0.6)), START, TS, forced=forced)
     assert found.bounds["record with forcing"] < found.bounds["record"]
+    assert found.names == ("r",)
+    two = found.measurements["record from two starts"]
+    assert {"omega_n", "zeta", "theta0[0]", "theta0[1]"} <= {*two.names}
     ax = ij.plot.couplings(plt.figure().subplots(), found)
     assert [label.get_text() for label in ax.get_yticklabels()] == list(found.measurements)
 

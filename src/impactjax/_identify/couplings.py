@@ -27,7 +27,6 @@ from impactjax._optimise.linearisation import Vector
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.padding import padded_size
-from impactjax._problem.parameters import Handle
 from impactjax._problem.problem import Problem
 from impactjax._record.planned import planned
 from impactjax._refusal import check_kind
@@ -145,7 +144,14 @@ def couplings(
     if forced is not None:
         shaken = dataclasses.replace(model, oscillator=_on_base(model, forced))
         found["record with forcing"] = plan.recorded(shaken, initial).with_rows()
-    return Couplings(type(model.lower.law).__name__, found)
+    names = tuple(found["rebound speeds"].names)
+    told = {name: _about_law(each, names) for name, each in found.items()}
+    return Couplings(type(model.lower.law).__name__, told)
+
+
+def _about_law(told: Information, names: tuple[str, ...]) -> Information:
+    """The information in which only the law's parameters are not accompanying ones."""
+    return dataclasses.replace(told, of_model=tuple(name in names for name in told.names))
 
 
 def _own(told: Information) -> tuple[str, ...]:
@@ -174,21 +180,16 @@ class _Recorded(NamedTuple):
 
     def with_rows(self, *more: Sensitivities) -> Information:
         """Information in the record, and in more measurements."""
-        handles = self.problem.handles()
-        told = informed(handles, self.values, np.concatenate([self.rows, *more]))
-        own = tuple(_is_of_law(handle) for handle in handles.values())
-        return dataclasses.replace(told, of_model=own)
+        rows = np.concatenate([self.rows, *more])
+        return informed(self.problem.handles(), self.values, rows)
 
     def alone(self, rows: Sensitivities) -> Information:
         """Information in measurements that depend on nothing but the law."""
         handles = self.problem.handles()
-        own = {name: handle for name, handle in handles.items() if _is_of_law(handle)}
+        law = ("model", "lower", "law")
+        own = {name: handle for name, handle in handles.items() if handle.path[:3] == law}
         places = [self.problem.names.index(name) for name in own]
         return informed(own, self.values[places], rows[:, places])
-
-
-def _is_of_law(handle: Handle) -> bool:
-    return handle.path[:3] == ("model", "lower", "law")
 
 
 class _Plan(NamedTuple):
