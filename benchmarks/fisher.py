@@ -37,7 +37,7 @@ def matrix(values: Float[Array, " parameters"]) -> Float[Array, "parameters para
 
 @jax.jit
 def matrices(values: Float[Array, "lanes parameters"]) -> Float[Array, "lanes parameters others"]:
-    """Those of many experiments."""
+    """Fisher information of many experiments."""
     return jax.lax.map(matrix, values, batch_size=BATCH)
 
 

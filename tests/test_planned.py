@@ -264,4 +264,7 @@ def test_synthetic_impacts_scatter():
 def test_figure_of_the_sensitivities_of_a_plan():
     plan = line(priors={"x_dot0": ij.Normal(0.5, 0.03)})
     ax = ij.plot.sensitivities(plt.figure().subplots(), ij.information(plan), plan.recording)
+    both = ij.joint_information([ij.information(plan)] * 2)
+    with pytest.raises(ValueError, match="not about this recording alone"):
+        ij.plot.sensitivities(ax, both, plan.recording)
     np.testing.assert_allclose(np.asarray(ax.lines[0].get_ydata()), 0.01 * 0.3 / SIGMA)

@@ -48,13 +48,19 @@ class RepeatedParameter(NamedTuple):
         """The mean with its standard error as text."""
         return with_error(self.over.mean, self.over.standard_error)
 
+    @property
+    def quoted_between(self) -> str:
+        """The scatter between repeats with its interval as text."""
+        low, high = self.over.between_low, self.over.between_high
+        if low == 0:
+            return f"less than {high:.2g}"
+        return f"{self.over.between:.2g} ({low:.2g} to {high:.2g})"
+
     def __str__(self) -> str:
-        own = self.over
-        between = interval(own.between_low, own.between_high, own.between)
-        ends = interval(self.low, self.high, own.standard_error)
+        ends = interval(self.low, self.high, self.over.standard_error)
         return (
             f"{self.name} = {with_unit(self.quoted, self.unit)} ({ends}), "
-            f"between repeats {with_unit(between, self.unit)}"
+            f"between repeats {with_unit(self.quoted_between, self.unit)}"
         )
 
 
@@ -115,10 +121,10 @@ def repeatability(comparisons: Sequence[Comparison]) -> Repeatability:
     them.
 
     Each recording keeps its own fit, with its own initial state, sensor and scatter from impact to
-    impact. The results of each model are combined by `random_effects`: their intervals hold the
-    mean of all conceivable repeats, not only of these. A mean over two repeats is uncertain, since
-    two results hardly tell how much they scatter. Errors that all recordings share, such as a wrong
-    length, are not in the intervals.
+    impact. The results of each model are combined by a random-effects model (`RandomEffects`): the
+    intervals hold the mean of all conceivable repeats, not only of these. A mean over two repeats
+    is uncertain, since two results hardly tell how much they scatter. Errors that all recordings
+    share, such as a wrong length, are not in the intervals.
 
     Recordings that determine a parameter only together need `fit_together`.
 

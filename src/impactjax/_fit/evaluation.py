@@ -42,8 +42,10 @@ def evaluate(problem: AbstractProblem, u: Vector, parts: Parts, logged: Flag) ->
     return Evaluated(answer, jax.vmap(lambda part: problem.around(u, answer, part))(parts))
 
 
-def answer_at(problem: AbstractProblem, values: Vector, logged: bool = False) -> Answer:
-    """Residuals and Jacobian of a padded problem at natural values, by the program of searches."""
+def answer_at(
+    problem: AbstractProblem, values: Vector, *, logged: bool = False, by: Evaluate = evaluate
+) -> Answer:
+    """Residuals and Jacobian of a problem at natural values, by the program of searches."""
     u = jnp.asarray(problem.coordinates(known(values)))
     parts = jnp.asarray(problem.parts(LevenbergMarquardt().horizons))
-    return evaluate(problem, u, parts, jnp.asarray(logged)).answer
+    return by(problem, u, parts, jnp.asarray(logged)).answer

@@ -13,11 +13,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from impactjax._fit.evaluation import Evaluate
+from impactjax._fit.evaluation import Evaluate, answer_at
 from impactjax._fit.mixed_model import MixedModel, OwnNoise, mixed_model
 from impactjax._fit.straight import straight
 from impactjax._known import AnyArray, is_known, known, namespace
-from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.abstract_problem import Answer
 from impactjax._problem.problem import Problem
 from impactjax._simulate.impact_log import ImpactLog
@@ -95,10 +94,8 @@ def residuals_at(
 def _answer(
     problem: Problem, values: Vector, logs: Effects, direction: Direction, evaluate: Evaluate
 ) -> Answer:
-    u = jnp.asarray(problem.coordinates(straight(problem).turned(values)))
-    parts = jnp.asarray(problem.parts(LevenbergMarquardt().horizons))
     scattered = problem.scattered(jnp.asarray(logs), direction)
-    return evaluate(scattered, u, parts, jnp.ones((), bool)).answer
+    return answer_at(scattered, straight(problem).turned(values), logged=True, by=evaluate)
 
 
 class Step(NamedTuple):

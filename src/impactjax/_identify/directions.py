@@ -8,6 +8,7 @@ from jaxtyping import Array, Float, Int
 
 from impactjax._known import AnyArray, namespace
 
+DETERMINED = 0.5  # relative standard error at which a 95 % interval reaches zero
 _SAME = 0.99  # ratio to the largest exponent above which one counts as equally large
 _ABSENT = 1e-6  # relative size of a component that counts as rounding
 
@@ -76,7 +77,7 @@ def spread(sensitivities: Sensitivities) -> Spread:
     xp = namespace(sensitivities)
     length = xp.linalg.norm(sensitivities, axis=0)
     length = xp.where(length > 0, length, 1.0)
-    rows, sizes = _axes(sensitivities / length)
+    rows, sizes = principal_axes(sensitivities / length)
     told = sizes > _rounding(sensitivities) * xp.max(sizes, initial=0.0)
     errors = xp.where(told, 1 / xp.where(told, sizes, 1.0), xp.inf)
     return Spread(rows / length, errors)
@@ -92,7 +93,7 @@ def directions(names: tuple[str, ...], sensitivities: Sensitivities, spread: Spr
     - `spread`: errors of sums of the named parameters.
     """
     xp = namespace(sensitivities)
-    rows, _ = _axes(sensitivities)
+    rows, _ = principal_axes(sensitivities)
     absolute = xp.abs(rows)
     large = absolute > _SAME * xp.max(absolute, axis=1, keepdims=True, initial=0.0)
     last = large & (xp.cumsum(large[:, ::-1], axis=1)[:, ::-1] == 1)
@@ -100,7 +101,7 @@ def directions(names: tuple[str, ...], sensitivities: Sensitivities, spread: Spr
     return Directions(names, rows * sign, spread.error(rows), spread)
 
 
-def _axes(sensitivities: Sensitivities) -> tuple[AnyArray, AnyArray]:
+def principal_axes(sensitivities: Sensitivities) -> tuple[AnyArray, AnyArray]:
     """Right singular vectors, one for each parameter, and their singular values."""
     xp = namespace(sensitivities)
     missing = max(sensitivities.shape[1] - sensitivities.shape[0], 0)

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._abstract_code import AbstractCode
+from impactjax._identify.directions import DETERMINED, principal_axes
 from impactjax._identify.experiment_information import information
 from impactjax._identify.information import Information
 from impactjax._identify.information_in import information_in
@@ -34,7 +35,6 @@ _SPREAD = 0.2  # standard deviation of the random points, relative to the values
 _NULL = 1e-8  # relative singular value that counts as zero
 _ROUNDING = 100  # roundings that count as zero
 _PART = 1e-3  # component of a null direction that is more than rounding
-_DETERMINED = 0.5  # relative bound from which a 95 % interval reaches zero
 
 Part = TypeVar("Part", bound=eqx.Module)
 
@@ -160,7 +160,7 @@ def _structure(found: Sequence[Information]) -> Structure:
     ranks, null = zip(*(_null(each) for each in usable), strict=True)
     first = found[0]
     relative = np.asarray(first.bounds) / np.asarray(first.scale)
-    least = np.where(first.positive, _DETERMINED, np.inf)
+    least = np.where(first.positive, DETERMINED, np.inf)
     return Structure(first.names, np.array(ranks), np.array(null), ~null[0] & (relative < least))
 
 
@@ -173,8 +173,7 @@ def _null(told: Information) -> tuple[int, Bool[np.ndarray, " parameters"]]:
     null = max(_NULL, _ROUNDING * float(np.finfo(sensitivities.dtype).eps))
     present = lengths > null * np.max(lengths)
     unit = np.where(present, sensitivities / np.where(present, whole, 1.0), 0.0)
-    missing = max(unit.shape[1] - unit.shape[0], 0)
-    _, sizes, rows = np.linalg.svd(np.pad(unit, ((0, missing), (0, 0))), full_matrices=False)
+    rows, sizes = principal_axes(unit)
     felt = sizes > null * np.max(sizes, initial=0.0)
     return int(np.sum(felt)), np.any(np.abs(rows[~felt]) > _PART, axis=0)
 

@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactjax._identify.directions import Directions
+from impactjax._identify.directions import DETERMINED, Directions
 from impactjax._identify.information import Information
 
-_DETERMINED = 0.5  # relative standard error at which a 95 % interval reaches zero
 _WORTH = 1.5  # factor by which the error may grow for a simpler combination
 _WELL = 0.01  # relative standard error up to which a simpler combination is always accepted
 _PRESENT = 0.1  # ratio to the largest exponent below which a parameter is not mentioned
@@ -59,7 +58,7 @@ def coupling(information: Information) -> str:
 
 def _finding(information: Information, found: Directions, row: np.ndarray, error: float) -> Finding:
     exponents = dict(zip(found.names, row.tolist(), strict=True))
-    if not error < _DETERMINED:
+    if not error < DETERMINED:
         free = {name: round(w, 12) for name, w in exponents.items()}
         amount = f"(± {_percent(error)})" if error < 10 and _has_size(information, free) else ""
         return Finding(_free(information, free), exponents, error, False, amount)

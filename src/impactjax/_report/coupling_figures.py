@@ -67,8 +67,13 @@ def plot_sensitivities(
     - `information`: result of `identifiability` or `information`.
     - `recording`: the one recording that it is about, measured or planned. Scatter from impact to
       impact mixes the samples.
+
+    **Raises** `ValueError` for information in something else.
     """
     at, label = recording.axis
+    further = len(information.sensitivities) - len(at)
+    if not 0 <= further <= len(information.names):  # the rows of prior knowledge come last
+        raise ValueError("The information is not about this recording alone.")
     columns = 0.01 * np.asarray(information.sensitivities)[: len(at)].T
     for name, column, color in zip(information.names, columns, cycle(LAWS), strict=False):
         ax.plot(at, column, color=color, linewidth=1, label=name)

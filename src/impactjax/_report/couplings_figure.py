@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactjax._identify.couplings import Couplings
+from impactjax._identify.directions import DETERMINED
 from impactjax._report.style import LAWS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _OPEN = 10.0  # relative bounds from here on are drawn as open
-_HALF = 0.5  # relative bound at which a 95 % interval reaches zero
 
 
 def plot_couplings(ax: "Axes", found: Couplings) -> "Axes":
@@ -32,7 +32,7 @@ def plot_couplings(ax: "Axes", found: Couplings) -> "Axes":
         shown = np.where(told, bounds[:, i], _OPEN)
         ax.plot(shown[told], at[told], "o", color=color, markersize=6, label=name)
         ax.plot(shown[~told], at[~told], ">", color=color, markersize=8, markerfacecolor="none")
-    ax.axvline(_HALF, color="black", linewidth=0.6, linestyle="--")
+    ax.axvline(DETERMINED, color="black", linewidth=0.6, linestyle="--")
     ax.set_yticks(rows, list(found.bounds))
     ax.set(xscale="log", xlabel="relative standard error", ylim=(len(rows) - 0.5, -0.5))
     ax.legend(frameon=False, fontsize="small", title=found.law)

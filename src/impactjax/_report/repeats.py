@@ -26,17 +26,10 @@ def _row(own: RepeatedParameter) -> Row:
         "value": own.quoted,
         "unit": "" if own.unit == "1" else own.unit,
         "interval": interval(own.low, own.high, over.standard_error),
-        "between": _between(own),
+        "between": own.quoted_between,
         "single": interval(over.single_low, over.single_high, over.standard_error),
         "count": str(int(np.sum(np.isfinite(own.values)))),
     }
-
-
-def _between(own: RepeatedParameter) -> str:
-    over = own.over
-    if over.between_low == 0:
-        return f"less than {over.between_high:.2g}"
-    return f"{over.between:.2g} ({over.between_low:.2g} to {over.between_high:.2g})"
 
 
 def repeats_document(repeats: Repeatability) -> dict[str, Any]:
