@@ -12,6 +12,7 @@ from impactjax._known import AnyArray, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
+from impactjax._problem.joint_problem import JointProblem
 from impactjax._types import Flag
 
 Lanes = Float[AnyArray, "lanes parameters"]
@@ -49,3 +50,21 @@ def answer_at(
     u = jnp.asarray(problem.coordinates(known(values)))
     parts = jnp.asarray(problem.parts(LevenbergMarquardt().horizons))
     return by(problem, u, parts, jnp.asarray(logged)).answer
+
+
+def evaluate_each(problem: JointProblem, u: Vector, parts: Parts, logged: Flag) -> Evaluated:
+    """Evaluates a point of several recordings, each by the program of one alone."""
+    values, own = known(problem.at(known(u))), []
+    for each, places in problem.each_recording():
+        answer = answer_at(each.padded(), values[list(places)], logged=bool(logged))
+        count = each.valid.shape[-1]
+        assert answer.jacobian is not None
+        rows = answer.residuals[:count], answer.jacobian[:count]
+        own.append(answer._replace(residuals=rows[0], jacobian=rows[1]))
+    answer = problem.joined(values, known(own))
+    return Evaluated(answer, _models(problem, jnp.asarray(u), answer, parts))
+
+
+@eqx.filter_jit
+def _models(problem: AbstractProblem, u: Vector, answer: Answer, parts: Parts) -> Linearisation:
+    return jax.vmap(lambda part: problem.around(u, answer, part))(parts)

@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.evaluation import Lanes, evaluate_each
 from impactjax._fit.fit import best_from, check_search, solve
-from impactjax._fit.search import Lanes
+from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
@@ -75,11 +76,12 @@ def fit_together(
         asked=tuple(names.index(name) for name in priors),
     )
     lanes = _lanes(joint, alone)
-    estimate = best_from(joint, lanes, optimiser)
+    search = Search(evaluate_each)
+    estimate = best_from(joint, lanes, optimiser, search)
     for _ in range(_ROUNDS - 1 if joint.sizes_found else 0):
         joint = eqx.tree_at(lambda each: each.sizes, joint, _sizes(estimate))
         lanes = jnp.broadcast_to(joint.coordinates(estimate.values), lanes.shape)
-        estimate = best_from(joint, lanes, optimiser)
+        estimate = best_from(joint, lanes, optimiser, search)
     return estimate
 
 

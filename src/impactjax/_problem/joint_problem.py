@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, Key
 
-from impactjax._known import namespace
+from impactjax._known import AnyArray, namespace
 from impactjax._optimise.linearisation import Matrix, Vector
 from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed
 from impactjax._problem.loss import AbstractLoss, Residuals
@@ -149,19 +149,23 @@ class JointProblem(AbstractProblem):
 
     def answer(self, values: Vector, logged: Flag | None = None) -> Answer:
         """Residuals and Jacobian of all problems. Impact logs are padded to the same length."""
-        rows, columns, logs = [], [], []
-        answers = _answers(self.problems, [values[jnp.array(own)] for own in self.places], logged)
+        each = [values[jnp.array(own)] for own in self.places]
+        return self.joined(values, _answers(self.problems, each, logged))
+
+    def joined(self, values: Vector, answers: Sequence[Answer]) -> Answer:
+        """The answer of all problems, from that of each."""
+        xp, dtype = namespace(values, *answers), values.dtype
+        count, rows, columns = len(self.names), [], []
         for answer, places, size in zip(answers, self.places, self.sizes, strict=True):
             assert answer.jacobian is not None
-            own = jnp.zeros((answer.residuals.shape[0], len(self.names)), values.dtype)
+            own = xp.asarray(np.eye(count)[list(places)], dtype)
             rows.append(answer.residuals / size)
-            columns.append(own.at[:, jnp.array(places)].set(answer.jacobian) / size)
-            logs.append(answer.impacts)
+            columns.append(answer.jacobian @ own / size)
         for prior, index in zip(self.priors, self.asked, strict=True):
             rows.append(((values[index] - prior.mean) / prior.sigma)[None])
-            slope = jnp.zeros((1, len(self.names)), values.dtype)
-            columns.append(slope.at[0, index].set(1 / prior.sigma))
-        return Answer(jnp.concatenate(rows), _stacked(logs), jnp.concatenate(columns))
+            columns.append(xp.asarray(np.eye(count)[[index]], dtype) / prior.sigma)
+        logs = _stacked([answer.impacts for answer in answers])
+        return Answer(xp.concatenate(rows), logs, xp.concatenate(columns))
 
     def share(self, index: int, rows: Float[Array, "... observations"]) -> Array:
         """The rows of one recording, such as its residuals, in its SI unit."""
@@ -262,9 +266,9 @@ def _answers(
 
 
 def _stacked(logs: Sequence[ImpactLog]) -> ImpactLog:
-    most = max(log.time.shape[0] for log in logs)
+    most, xp = max(log.time.shape[0] for log in logs), namespace(*logs)
 
-    def filled(x: Array) -> Array:
-        return x if x.ndim == 0 else jnp.pad(x, (0, most - x.shape[0]))
+    def filled(x: AnyArray) -> AnyArray:
+        return x if x.ndim == 0 else xp.pad(x, (0, most - x.shape[0]))
 
-    return jax.tree.map(lambda *each: jnp.stack([filled(x) for x in each]), *logs)
+    return jax.tree.map(lambda *each: xp.stack([filled(x) for x in each]), *logs)
