@@ -32,6 +32,17 @@ from impactjax._compare.repeatability import Repeatability as Repeatability
 from impactjax._compare.repeatability import RepeatedModel as RepeatedModel
 from impactjax._compare.repeatability import RepeatedParameter as RepeatedParameter
 from impactjax._compare.repeatability import repeatability as repeatability
+from impactjax._design.candidates import Between as Between
+from impactjax._design.candidates import Candidates as Candidates
+from impactjax._design.criterion import AbstractCriterion as AbstractCriterion
+from impactjax._design.criterion import AOptimal as AOptimal
+from impactjax._design.criterion import DOptimal as DOptimal
+from impactjax._design.criterion import Within as Within
+from impactjax._design.criterion import WorstParameter as WorstParameter
+from impactjax._design.design import design as design
+from impactjax._design.plan import Design as Design
+from impactjax._design.plan import Expected as Expected
+from impactjax._design.plan import Performance as Performance
 from impactjax._fit.bootstrap import Bootstrap as Bootstrap
 from impactjax._fit.bootstrap import bootstrap as bootstrap
 from impactjax._fit.estimate import Estimate as Estimate

@@ -43,6 +43,15 @@ def information(experiment: Experiment, *, scatter: ArrayLike = 0.0) -> Informat
     **Raises** `ValueError` as `fit` does, for a sensor without `sigma`, a negative `scatter`, and a
     motion that cannot be simulated.
     """
+    told = informed_by(experiment, scatter)
+    if is_known(told) and not np.isfinite(np.asarray(told.sensitivities)).all():
+        reason = failure(build_problem(experiment))
+        raise ValueError(f"The motion cannot be simulated: {reason}.")
+    return told
+
+
+def informed_by(experiment: Experiment, scatter: ArrayLike = 0.0) -> Information:
+    """Variant of `information` that is NaN if the motion cannot be simulated."""
     check_kind("experiment", experiment, Experiment, "Experiment(model, planned(...), initial)")
     problem = build_problem(experiment)
     variance, values = known(problem.variance()), known(problem.start)
@@ -57,8 +66,6 @@ def information(experiment: Experiment, *, scatter: ArrayLike = 0.0) -> Informat
         jacobian = _plain(problem, values)
     xp = namespace(jacobian, variance)
     jacobian = jacobian / xp.sqrt(variance)
-    if is_known(jacobian) and not np.isfinite(np.asarray(jacobian)).all():
-        raise ValueError(f"The motion cannot be simulated: {failure(problem)}.")
     rows = _of_priors(experiment.priors, problem.names, jacobian)
     return informed(problem.handles(), values, xp.concatenate([jacobian, rows]))
 

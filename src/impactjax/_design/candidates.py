@@ -1,0 +1,92 @@
+"""Experiments to choose from."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from scipy.stats import qmc
+
+from impactjax._problem.experiment import Experiment
+
+Values = Mapping[str, float]
+Posed = Experiment | Sequence[Experiment]
+
+_STEPS = {1: 9, 2: 5}  # values of each range, if one or two are varied together
+_POINTS = 32  # points, if more are
+
+
+@dataclasses.dataclass(frozen=True)
+class Between:
+    """A number that may be chosen freely in a range.
+
+    **Raises** `ValueError` if the limits do not rise or are not finite.
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not -math.inf < self.low < self.high < math.inf:
+            raise ValueError(f"A range must rise, but its limits are {self.low} and {self.high}.")
+
+
+@dataclasses.dataclass(frozen=True)
+class Candidates:
+    """Experiments of one kind, from which some are chosen.
+
+    - `experiment`: function of a model and of the choices by name. It returns an experiment with a
+      planned recording, or several experiments: recordings of one motion by several sensors.
+    - `choices`: for each name a range, `Between(0.2, 1.2)`, or a list of values.
+    - `cost`: function of the choices by name: what one performance takes of each resource, such as
+      `{"s": 60.0}`. One of the resource "performances" is always taken.
+    - `name`: name in the result.
+    """
+
+    experiment: Callable[..., Posed]
+    choices: Mapping[str, Between | Sequence[float]] = dataclasses.field(default_factory=dict)
+    cost: Callable[..., Mapping[str, float]] = lambda **_: {}
+    name: str = "experiment"
+
+    def __post_init__(self) -> None:
+        for name, each in self.choices.items():
+            if not isinstance(each, Between) and (isinstance(each, str) or not len(each)):
+                raise ValueError(f"Choice `{name}` needs a range, Between(a, b), or some values.")
+
+    @property
+    def ranges(self) -> dict[str, Between]:
+        """The choices that are continuous."""
+        return {name: each for name, each in self.choices.items() if isinstance(each, Between)}
+
+    def points(self) -> list[dict[str, float]]:
+        """Points that cover the choices, each a value by name."""
+        lists = {n: each for n, each in self.choices.items() if not isinstance(each, Between)}
+        rows = [dict(zip(lists, each, strict=True)) for each in itertools.product(*lists.values())]
+        return [
+            {name: {**row, **own}[name] for name in self.choices}
+            for row in rows
+            for own in _covering(self.ranges)
+        ]
+
+    def costs(self, values: Values) -> dict[str, float]:
+        """What one performance takes of each resource."""
+        found = {name: float(each) for name, each in self.cost(**values).items()}
+        for name, each in found.items():
+            if not 0 <= each < math.inf:
+                raise ValueError(f"The cost `{name}` must be a number from 0 on, but is {each}.")
+        return {"performances": 1.0, **found}
+
+
+def _covering(ranges: Mapping[str, Between]) -> list[dict[str, float]]:
+    """Points that cover some ranges: a grid of one or two, a Sobol sequence of more."""
+    low = np.array([each.low for each in ranges.values()])
+    high = np.array([each.high for each in ranges.values()])
+    if len(ranges) in _STEPS:
+        axis = np.linspace(0.0, 1.0, _STEPS[len(ranges)])
+        unit = np.array(list(itertools.product(axis, repeat=len(ranges))))
+    elif ranges:
+        unit = qmc.Sobol(len(ranges), rng=0).random(_POINTS)
+    else:
+        return [{}]
+    return [dict(zip(ranges, row, strict=True)) for row in (low + (high - low) * unit).tolist()]

@@ -1,0 +1,188 @@
+"""Criteria of a design: one number for the errors that a plan leaves."""
+
+import abc
+import math
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Float
+
+Covariances = Float[np.ndarray, "... models parameters parameters"]
+Losses = Float[np.ndarray, "..."]
+
+_QUANTILE = 1.959964  # 97.5 % of the normal distribution
+
+
+class AbstractCriterion(eqx.Module):
+    """A convex function of the information, which is smaller for a better plan. It sees the
+    covariance of the relative errors of the parameters, for each model that is thought possible.
+    """
+
+    @abc.abstractmethod
+    def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
+        """The parameters that count, of those in the model."""
+
+    @abc.abstractmethod
+    def loss(self, covariances: Covariances) -> Losses:
+        """The loss, from the covariances of the parameters that count."""
+
+    @abc.abstractmethod
+    def slope(self, covariances: Covariances) -> Covariances:
+        """The derivative of the loss by the covariances of the parameters that count."""
+
+    @property
+    @abc.abstractmethod
+    def goal(self) -> float:
+        """The loss that is small enough; −∞ if a smaller one is always better."""
+
+    @abc.abstractmethod
+    def size(self, loss: float) -> float:
+        """The loss as a relative standard error [1]; as a ratio to what was asked if there is a
+        goal.
+        """
+
+
+class _AbstractPrecision(AbstractCriterion):
+    """A criterion of the precision of some parameters, or of all."""
+
+    names: eqx.AbstractVar[tuple[str, ...]]
+
+    def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
+        return self.names or tuple(names)
+
+    @property
+    def goal(self) -> float:
+        return -math.inf
+
+
+class DOptimal(_AbstractPrecision):
+    """The volume of the joint confidence region: the mean over the models of log det C / p, with
+    the covariance C of the relative errors of p parameters.
+
+    **Arguments:**
+
+    - `names`: the parameters that count; all of the model if empty.
+
+    Source: V. V. Fedorov (1972), "Theory of optimal experiments", Academic Press.
+    """
+
+    names: tuple[str, ...] = eqx.field(converter=lambda given: _as_names(given), default=())
+
+    def loss(self, covariances: Covariances) -> Losses:
+        _, logs = np.linalg.slogdet(covariances)
+        return logs.mean(axis=-1) / covariances.shape[-1]
+
+    def slope(self, covariances: Covariances) -> Covariances:
+        models, count = covariances.shape[-3], covariances.shape[-1]
+        return np.linalg.inv(covariances) / (models * count)
+
+    def size(self, loss: float) -> float:
+        return math.exp(loss / 2)
+
+
+class AOptimal(_AbstractPrecision):
+    """The mean square of the relative errors: the mean over the models of tr C / p.
+
+    **Arguments:**
+
+    - `names`: the parameters that count; all of the model if empty.
+    """
+
+    names: tuple[str, ...] = eqx.field(converter=lambda given: _as_names(given), default=())
+
+    def loss(self, covariances: Covariances) -> Losses:
+        return _variances(covariances).mean(axis=(-2, -1))
+
+    def slope(self, covariances: Covariances) -> Covariances:
+        models, count = covariances.shape[-3], covariances.shape[-1]
+        return np.broadcast_to(np.eye(count), covariances.shape) / (models * count)
+
+    def size(self, loss: float) -> float:
+        return math.sqrt(loss)
+
+
+class WorstParameter(_AbstractPrecision):
+    """The largest relative error: the mean over the models of max Cᵢᵢ.
+
+    **Arguments:**
+
+    - `names`: the parameters that count; all of the model if empty.
+    """
+
+    names: tuple[str, ...] = eqx.field(converter=lambda given: _as_names(given), default=())
+
+    def loss(self, covariances: Covariances) -> Losses:
+        return _variances(covariances).max(axis=-1).mean(axis=-1)
+
+    def slope(self, covariances: Covariances) -> Covariances:
+        variances = _variances(covariances)
+        worst = np.eye(variances.shape[-1])[variances.argmax(axis=-1)]
+        return worst[..., None] * np.eye(variances.shape[-1]) / variances.shape[-2]
+
+    def size(self, loss: float) -> float:
+        return math.sqrt(loss)
+
+
+class Within(AbstractCriterion):
+    """A goal: 95 % intervals of half a width relative to the parameter's value, for every model
+    that is thought possible. `Within({"k": 0.05})` asks for k within 5 %.
+
+    **Arguments:**
+
+    - `asked`: largest relative half-widths, by parameter.
+
+    **Raises** `ValueError` for no parameter, and for a half-width that is not positive.
+    """
+
+    asked: tuple[tuple[str, float], ...] = eqx.field(converter=lambda given: _as_asked(given))
+
+    def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
+        del names
+        return tuple(name for name, _ in self.asked)
+
+    def loss(self, covariances: Covariances) -> Losses:
+        return (_variances(covariances) * self._weights).max(axis=(-2, -1))
+
+    def slope(self, covariances: Covariances) -> Covariances:
+        ratios = _variances(covariances) * self._weights
+        worst = (ratios == ratios.max(axis=(-2, -1), keepdims=True)) * self._weights
+        return worst[..., None] * np.eye(worst.shape[-1]) / np.count_nonzero(worst)
+
+    @property
+    def goal(self) -> float:
+        return 1.0
+
+    def size(self, loss: float) -> float:
+        return math.sqrt(loss)
+
+    @property
+    def _weights(self) -> np.ndarray:
+        return (_QUANTILE / np.array([width for _, width in self.asked])) ** 2
+
+
+def half_widths(errors: Losses) -> Losses:
+    """Half-widths of 95 % intervals from standard errors."""
+    return _QUANTILE * errors
+
+
+def _variances(covariances: Covariances) -> Float[np.ndarray, "... models parameters"]:
+    return np.diagonal(covariances, axis1=-2, axis2=-1)
+
+
+def _as_names(given: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(given, str):
+        raise TypeError(f"Argument `names` must be a list of names: ['{given}'].")
+    return tuple(given)
+
+
+def _as_asked(
+    given: Mapping[str, float] | tuple[tuple[str, float], ...],
+) -> tuple[tuple[str, float], ...]:
+    asked = tuple((name, float(width)) for name, width in dict(given).items())
+    if not asked:
+        raise ValueError('A goal names at least one parameter, as in Within({"k": 0.05}).')
+    for name, width in asked:
+        if not 0 < width < math.inf:
+            raise ValueError(f"The half-width asked of `{name}` must be positive, but is {width}.")
+    return asked

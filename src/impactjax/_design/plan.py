@@ -1,0 +1,139 @@
+"""The result of a design: performances, and what they are expected to tell."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+from impactjax._design.criterion import AbstractCriterion, Within
+
+
+@dataclasses.dataclass(frozen=True)
+class Performance:
+    """Performances of one experiment.
+
+    - `name`, `values`: the candidates' name, and the choices.
+    - `number`: how often to perform it.
+    - `costs`: what all of them take of each resource.
+    """
+
+    name: str
+    values: Mapping[str, float]
+    number: int
+    costs: Mapping[str, float]
+
+    def __str__(self) -> str:
+        at = ", ".join(f"{name} = {value:.4g}" for name, value in self.values.items())
+        return f"{self.number} x {self.name}" + (f" at {at}" if at else "")
+
+
+@dataclasses.dataclass(frozen=True)
+class Expected:
+    """Expected and simulated precision of a parameter of the model.
+
+    - `value`, `unit`: the value in the first model.
+    - `half_width`: expected half-width of the 95 % interval relative to the value, or in the unit
+      for a value of zero; infinite if the plan does not determine the parameter.
+    - `attained`: the same from the spread of simulated refits; NaN without them.
+    """
+
+    name: str
+    value: float
+    unit: str
+    half_width: float
+    attained: float
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The expected 95 % interval, in the unit."""
+        width = self.half_width * (abs(self.value) or 1.0)
+        return self.value - width, self.value + width
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        if not math.isfinite(self.half_width):
+            return f"{self.name}: not determined"
+        low, high = self.interval
+        refits = "" if math.isnan(self.attained) else f", refits {self._amount(self.attained)}"
+        amount = self._amount(self.half_width)
+        return f"{self.name}: {low:.4g} to {high:.4g}{unit}, ± {amount}{refits}"
+
+    def _amount(self, width: float) -> str:
+        return f"{100 * width:.2g} %" if self.value else f"{width:.2g} {self.unit}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Design:
+    """A plan of experiments, and what it is expected to tell.
+
+    - `criterion`: the criterion.
+    - `performances`: the experiments to perform; none if the goal is reached already.
+    - `expected`: expected precision of each parameter, by name.
+    - `size`: the criterion as a relative standard error [1]; for a goal, the ratio of the
+      half-width to what was asked.
+    - `least_size`: no plan of these candidates within the budgets has a smaller one; fractions of
+      performances are allowed in it, the candidates are the points that were tried.
+    - `costs`, `budget`: what the plan takes of each resource, and what there is.
+    - `least_share`: for a goal that is reached, no plan of these candidates takes less than this
+      share of what the plan takes; NaN otherwise.
+    - `refits`, `failed`: number of simulated refits, and of those that found no minimum.
+    - `impossible`: number of candidates whose motion cannot be simulated.
+    """
+
+    criterion: AbstractCriterion
+    performances: tuple[Performance, ...]
+    expected: Mapping[str, Expected]
+    size: float
+    least_size: float
+    costs: Mapping[str, float]
+    budget: Mapping[str, float]
+    least_share: float
+    refits: int
+    failed: int
+    impossible: int
+
+    @property
+    def reached(self) -> bool:
+        """True if there is no goal, or the plan reaches it."""
+        return self.criterion.goal == -math.inf or self.size <= 1 + 1e-9
+
+    def __str__(self) -> str:
+        return "\n".join([self._verdict(), *self._plan(), *self._told(), *self._limits()])
+
+    def _verdict(self) -> str:
+        if not isinstance(self.criterion, Within):
+            return f"The best plan found leaves a relative error of {100 * self.size:.2g} %."
+        asked = ", ".join(f"{name} within {100 * x:.3g} %" for name, x in self.criterion.asked)
+        if not self.reached:
+            return (
+                f"No plan was found that tells {asked}: within the budget the intervals are "
+                f"{self.size:.3g} times as wide."
+            )
+        if not self.performances:
+            return f"What is known already tells {asked}."
+        return f"This plan tells {asked}:"
+
+    def _plan(self) -> list[str]:
+        costs = ", ".join(
+            f"{name} {spent:.4g}" + (f" of {self.budget[name]:.4g}" if name in self.budget else "")
+            for name, spent in self.costs.items()
+        )
+        rows = [f"  {each}" for each in self.performances]
+        return [*rows, f"  it takes: {costs}"] if rows else []
+
+    def _told(self) -> list[str]:
+        return [f"  {each}" for each in self.expected.values()]
+
+    def _limits(self) -> list[str]:
+        found = []
+        if self.least_share > 0:
+            found.append(
+                f"No plan of these candidates takes less than {self.least_share:.0%} of it."
+            )
+        elif 0 < self.least_size < self.size:
+            ratio = self.least_size / self.size
+            found.append(f"No plan of these candidates has less than {ratio:.0%} of this error.")
+        if self.failed:
+            found.append(f"{self.failed} of {self.refits} refits found no minimum.")
+        if self.impossible:
+            found.append(f"{self.impossible} candidates cannot be simulated and were left out.")
+        return found

@@ -1,0 +1,115 @@
+"""Information of candidates about the parameters of the models, and its sums."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from impactjax._design.candidates import Candidates, Values
+from impactjax._identify.directions import without
+from impactjax._identify.experiment_information import informed_by
+from impactjax._identify.information import Information
+from impactjax._identify.joint_information import joint_information
+from impactjax._known import known
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._problem.experiment import Experiment
+from impactjax._problem.prior import Normal
+from impactjax._refusal import check_kind
+
+Matrices = Float[np.ndarray, "models parameters parameters"]
+
+OF_MOTION = ("theta0", "theta_dot0", "x0", "x_dot0", "t0")  # the same for all sensors of a motion
+
+
+@dataclasses.dataclass
+class Informed:
+    """Information about the parameters of the models in performances of candidates.
+
+    The parameters of initial state, release and sensor are estimated from the same data. Matrices
+    are those of relative errors; for a parameter at zero, of errors in its unit.
+
+    - `models`: the models that are thought possible, in one structure.
+    - `length`: number of samples to which all recordings are padded.
+    - `names`, `units`, `values`: names of all parameters found up to now, their units, and their
+      values in each model.
+    - `found`: information found up to now.
+    """
+
+    models: tuple[ImpactOscillator, ...]
+    length: int
+    names: list[str] = dataclasses.field(default_factory=list)
+    units: dict[str, str] = dataclasses.field(default_factory=dict)
+    values: list[dict[str, float]] = dataclasses.field(default_factory=list)
+    found: dict[object, list[dict[tuple[str, str], float]]] = dataclasses.field(
+        default_factory=dict
+    )
+
+    def of(self, candidates: Candidates, values: Values) -> Matrices:
+        """Information in one performance; NaN if a motion cannot be simulated."""
+        key = (id(candidates), *values.items())
+        if key not in self.found:
+            posed = [recordings(candidates, model, values) for model in self.models]
+            self.found[key] = [self._table(i, each) for i, each in enumerate(posed)]
+        return self._matrices(self.found[key])
+
+    def of_priors(self, priors: Mapping[str, Normal]) -> Matrices:
+        """Prior knowledge, each an observation of one parameter."""
+        count = len(self.names)
+        total = np.zeros((len(self.models), count, count))
+        for name, prior in priors.items():
+            check_kind("priors", prior, Normal, "Normal(0.071, 0.001)")
+            if name not in self.names:
+                raise ValueError(f"There is no parameter `{name}`: {', '.join(self.names)} are.")
+            at = self.names.index(name)
+            for i, values in enumerate(self.values):
+                total[i, at, at] += (_size(values[name]) / float(prior.sigma)) ** 2
+        return total
+
+    def _table(self, model: int, several: Sequence[Experiment]) -> dict[tuple[str, str], float]:
+        """Entries of one model's matrix by two names."""
+        parts = [informed_by(self.padded(each)) for each in several]
+        shared = [name for name in OF_MOTION if all(name in each.names for each in parts)]
+        told = joint_information(parts, shared=shared if len(parts) > 1 else ())
+        own = np.array(told.of_model)
+        names = [name for name, asked in zip(told.names, told.of_model, strict=True) if asked]
+        self._learn(model, names, told)
+        values = np.asarray(known(told.values))[own]
+        rows = np.asarray(told.sensitivities / told.scale)
+        left = without(rows[:, own], rows[:, ~own]) * [_size(value) for value in values]
+        square = left.T @ left
+        return {(a, b): square[i, j] for i, a in enumerate(names) for j, b in enumerate(names)}
+
+    def padded(self, experiment: Experiment) -> Experiment:
+        """An experiment with a recording of the common length, so that all share a program."""
+        return dataclasses.replace(experiment, recording=experiment.recording.padded(self.length))
+
+    def _learn(self, model: int, names: list[str], told: Information) -> None:
+        while len(self.values) <= model:
+            self.values.append({})
+        for name in names:
+            if name not in self.names:
+                self.names.append(name)
+            at = told.names.index(name)
+            self.values[model][name], self.units[name] = float(told.values[at]), told.units[at]
+
+    def _matrices(self, tables: Sequence[Mapping[tuple[str, str], float]]) -> Matrices:
+        return np.array(
+            [[[t.get((a, b), 0.0) for b in self.names] for a in self.names] for t in tables]
+        )
+
+
+def recordings(candidates: Candidates, model: ImpactOscillator, values: Values) -> list[Experiment]:
+    """The recordings of one performance, of one motion."""
+    posed = candidates.experiment(model, **values)
+    several = [posed] if isinstance(posed, Experiment) else list(posed)
+    for each in several:
+        check_kind("experiment", each, Experiment, "Experiment(model, planned(...), initial)")
+        if each.priors:
+            raise ValueError("Prior knowledge counts once: give it to `design`, as `priors`.")
+    return several
+
+
+def _size(value: float) -> float:
+    """The unit of an error: the value, or 1 for a parameter at zero."""
+    return abs(float(value)) or 1.0
