@@ -5,15 +5,12 @@ import dataclasses
 import os
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from impactjax._check.check import checked
 from impactjax._cli.compiler_flags import compiled_programs
@@ -31,6 +28,7 @@ from impactjax._cli.options import (
     options,
     surveyed,
 )
+from impactjax._cli.progress import telling
 from impactjax._cli.refusal import Refusal, check_names
 from impactjax._cli.tables import print_fits, print_repeats
 from impactjax._cli.trace_cache import kept
@@ -159,25 +157,28 @@ def _compared(prepared: Sequence[Prepared], seed: int, holdout: float) -> list[C
     folder = compiled_programs()
     search = Search() if folder is None else Search(kept(evaluate, folder / "traced"))
     starts, optimiser, comparisons = Starts(16, seed), LevenbergMarquardt(), []
-    console = Console(stderr=True)
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
-    progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-    with progress as bar, _at_once() as pool:
-        display = bar.add_task("", total=None)
+    with _at_once() as pool:
         for each in prepared:
-            begun = list[str]()
-
-            def tell(what: str, name: str = Path(each.name).name, begun: list[str] = begun) -> None:
-                begun.append(what)
-                bar.update(display, description=f"{escape(name)}: {'; '.join(begun)}")
-
             try:
-                found = compare_by(search, each, starts, optimiser, tell, pool.map, holdout)
+                with telling(Path(each.name).name) as tell:
+                    begun = _together(tell)
+                    found = compare_by(search, each, starts, optimiser, begun, pool.map, holdout)
             except ValueError as error:
                 raise Refusal(f"{each.name}: {error}") from error
             fits = tuple(fit._replace(estimate=_known(fit.estimate)) for fit in found)
             comparisons.append(dataclasses.replace(found, fits=fits))
     return comparisons
+
+
+def _together(tell: Callable[[str], None]) -> Callable[[str], None]:
+    """A function that tells all that was begun, which goes on in parallel."""
+    begun = list[str]()
+
+    def told(what: str) -> None:
+        begun.append(what)
+        tell("; ".join(begun))
+
+    return told
 
 
 def _known(estimate: Estimate[Problem]) -> Estimate[Problem]:

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import RecordingFile
-from impactjax._record.sidecar import line_of
 from impactjax._record.text import read_text
+from impactjax._record.toml_tables import line_of
 
 
 @contextlib.contextmanager

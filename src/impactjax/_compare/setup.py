@@ -78,7 +78,7 @@ def setup_of(
         oscillator = OSCILLATORS[name]()
     _check_suits(file, oscillator)
     with refused_in_sidecar(file, "sensor"):
-        sensor = _sensor(sidecar.sensor)
+        sensor = sensor_of(sidecar.sensor)
     with refused_in_sidecar(file, "laws"):
         for law in system.laws or ():
             check_law(law)
@@ -154,7 +154,8 @@ def _stated(file: RecordingFile) -> dict[str, float]:
     return {name: value for name, value in found.items() if name not in file.sidecar.fit.free}
 
 
-def _sensor(own: SensorTable) -> Sensor:
+def sensor_of(own: SensorTable) -> Sensor:
+    """The sensor that a file describes."""
     low_pass = None
     if own.cutoff is not None and math.isfinite(own.cutoff):
         low_pass = Butterworth(own.cutoff, order=own.order)

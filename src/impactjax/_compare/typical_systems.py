@@ -29,11 +29,16 @@ class Upper(NamedTuple):
     gap: float
 
 
-def typical_system(oscillator: AbstractOscillator, law: Law, upper: Upper | None = None) -> System:
+def typical_system(
+    oscillator: AbstractOscillator,
+    law: Law,
+    upper: Upper | None = None,
+    separation: AbstractSeparation | None = None,
+) -> System:
     """A system with typical values of initial state and contact."""
     initial = InitialState(np.pi / 4 if oscillator.is_angle() else 0.1)
     look = FirstLook(oscillator, initial, np.zeros(0), np.zeros(0), _CONTACT, False)
-    return System(with_law(look, law, upper), initial, Start(0.0), Sensor())
+    return System(with_law(look, law, upper, separation), initial, Start(0.0), Sensor())
 
 
 def with_law(

@@ -1,34 +1,14 @@
 """The sidecar NAME.toml beside a recording: information that the recording itself lacks."""
 
-import difflib
-import re
-import sys
-import tomllib
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 
 from impactjax._record.file_error import FileError
 from impactjax._record.text import read_text
+from impactjax._record.toml_tables import LARGEST, Finite, Positive, line_of, tables_in
 from impactjax._sensor.quantity import TIME, observables, units_of
-
-_WORDS = {
-    "float": "a number",
-    "int": "a whole number",
-    "str": "a text",
-    "bool": "true or false",
-    "array": "a list",
-    "object": "a table",
-    "float | null": "a number",
-    "str | null": "a text",
-    "bool | null": "true or false",
-    "array | null": "a list",
-    "int | str | null": "a whole number or a text",
-}
-_LARGEST = sys.float_info.max
-Finite = Annotated[float, msgspec.Meta(ge=-_LARGEST, le=_LARGEST)]
-Positive = Annotated[float, msgspec.Meta(gt=0, le=_LARGEST)]
 
 
 class SystemTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -52,7 +32,7 @@ class UpperTable(msgspec.Struct, forbid_unknown_fields=True):
 class BaseTable(msgspec.Struct, forbid_unknown_fields=True):
     """[base]: harmonic motion of the base and the stops."""
 
-    amplitude: Annotated[float, msgspec.Meta(ge=0, le=_LARGEST)] | None = None
+    amplitude: Annotated[float, msgspec.Meta(ge=0, le=LARGEST)] | None = None
     frequency: Positive | None = None
     phase: Finite = 0.0
 
@@ -111,59 +91,11 @@ class Sidecar(msgspec.Struct, forbid_unknown_fields=True):
 def read_sidecar(path: Path) -> Sidecar:
     """A sidecar file. Raises `FileError`."""
     text = read_text(path)
-    try:
-        tables = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # also for very long numbers and nested lists
-        where = re.search(r"at line (\d+)|at end of document", str(error))
-        line = None if where is None else int(where[1] or len(text.splitlines()))
-        problem = re.sub(r" \(at .*\)$", "", str(error)).split("; ")[0]
-        raise FileError(path, line, f"not valid TOML ({problem})", "mend the syntax") from error
-    try:
-        sidecar = msgspec.convert(tables, Sidecar)
-    except msgspec.ValidationError as error:
-        raise _explain(path, text, tables, str(error)) from error
+    sidecar = tables_in(path, text, Sidecar)
     _check_sensor(path, text, sidecar.sensor)
     _check_complete(path, text, sidecar)
     _check_read(path, text, sidecar.read)
     return sidecar
-
-
-def _explain(path: Path, text: str, tables: dict[str, Any], message: str) -> FileError:
-    """An error of msgspec, in terms of the sidecar."""
-    found = re.fullmatch(r"(.*?)(?: - at `\$\.?([^`]*)`)?", message, re.DOTALL)
-    assert found is not None
-    problem, place = found[1], found[2] or ""
-    unknown = re.search(r"unknown field `(.+)`", problem, re.DOTALL)
-    if unknown:
-        key, allowed = unknown[1], _keys(place)
-        close = difflib.get_close_matches(key, allowed, 1)
-        hint = f"did you mean `{close[0]}`" if close else f"use one of {', '.join(allowed)}"
-        where = f"in [{place}]" if place else "at the top"
-        return FileError(path, line_of(text, key), f"unknown key `{key}` {where}", hint)
-    if place.endswith("[...]"):
-        place = f"{place[:-5]}.{_wrong_entry(tables[place[:-5]])}"
-    key = place.split(".")[-1].split("[")[0]
-    problem = re.sub(r"[<>]= -?1\.79\S+", "that is finite", problem)
-    for technical, word in _WORDS.items():
-        problem = problem.replace(f"`{technical}`", word)
-    return FileError(
-        path, line_of(text, key), f"`{place}` cannot be used ({problem})", "correct its value"
-    )
-
-
-def _keys(table: str) -> list[str]:
-    own = next((f.type for f in msgspec.structs.fields(Sidecar) if f.name == table), Sidecar)
-    return [field.name for field in msgspec.structs.fields(own)]
-
-
-def _wrong_entry(table: dict[str, Any]) -> str:
-    """The first key whose value is not a finite number."""
-    for name, value in table.items():
-        try:
-            msgspec.convert(value, Finite)
-        except msgspec.ValidationError:
-            return name
-    raise AssertionError("msgspec found one")
 
 
 def _check_sensor(path: Path, text: str, sensor: SensorTable) -> None:
@@ -211,12 +143,3 @@ def _check_read(path: Path, text: str, read: ReadTable) -> None:
         raise FileError(
             path, line_of(text, "window"), "the window ends before it begins", "swap its ends"
         )
-
-
-def line_of(text: str, key: str) -> int | None:
-    """The number of the line with a key or table."""
-    pattern = re.compile(rf"^\s*\[?\s*[\"']?{re.escape(key)}[\"']?\s*[=\]]")
-    for number, line in enumerate(text.splitlines(), start=1):
-        if pattern.match(line):
-            return number
-    return None

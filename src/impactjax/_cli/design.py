@@ -1,0 +1,67 @@
+"""The command `impactjax design`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from impactjax._cli.progress import telling
+from impactjax._design.design import design
+from impactjax._design.from_file import criterion_of, planned_experiments
+from impactjax._record.file_error import FileError
+from impactjax._record.plan_file import read_plan
+
+_REFITS_HELP = "Simulated refits that verify the expected intervals; 0 for none."
+
+
+def design_command(
+    plan: Annotated[Path, typer.Argument(metavar="PLAN.toml", help="The plan of experiments.")],
+    refits: Annotated[
+        int, typer.Option("--refits", metavar="N", min=0, max=10_000, help=_REFITS_HELP)
+    ] = 100,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help="Random seed.")
+    ] = 0,
+) -> None:
+    """Find the experiments to perform next: the cheapest that tell a parameter as well as asked, or
+    the best within a budget.
+
+    The plan names the system, its values, the sensor with its noise, the choices, and a goal or a
+    criterion with a budget.
+
+    \b
+    [system]
+    law = "kelvin-voigt"
+    [values]
+    omega0 = 600.0
+    [sensor]
+    sigma = 0.0035
+    cutoff = 50.0
+    [choices]
+    theta0 = { low = 0.2, high = 1.2 }
+    duration = [0.7, 1.4]
+    [goal]
+    omega0 = 0.05
+    """  # noqa: D301  Click takes the backspace as "do not wrap"
+    try:
+        read = read_plan(plan)
+        criterion, made = criterion_of(plan, read), planned_experiments(plan, read)
+        with telling(plan.name) as tell:
+            found = design(
+                made.candidates,
+                made.system.model,
+                criterion,
+                budget=read.budget,
+                refits=refits,
+                seed=seed,
+                tell=tell,
+            )
+    except FileError as error:
+        typer.echo(f"impactjax: {error}", err=True)
+        raise typer.Exit(2) from error
+    except ValueError as error:
+        typer.echo(f"impactjax: {plan}: {error}", err=True)
+        raise typer.Exit(2) from error
+    typer.echo(str(found))
+    if not found.reached:
+        raise typer.Exit(1)

@@ -1,0 +1,168 @@
+"""The experiments in a plan file."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from impactjax._compare.named import EQUILIBRIA, SEPARATIONS, check_law, check_named
+from impactjax._compare.oscillators import OSCILLATORS, with_known
+from impactjax._compare.setup import sensor_of
+from impactjax._compare.typical_systems import Upper, typical_system
+from impactjax._design.candidates import Between, Candidates
+from impactjax._design.criterion import (
+    AbstractCriterion,
+    AOptimal,
+    DOptimal,
+    Within,
+    WorstParameter,
+)
+from impactjax._model.base_motion import HarmonicMotion
+from impactjax._model.oscillator import AbstractOscillator
+from impactjax._problem.build_problem import build_problem
+from impactjax._problem.checks import check_known, check_value
+from impactjax._problem.experiment import Experiment
+from impactjax._problem.parameters import handles, replaced
+from impactjax._record.file_error import FileError
+from impactjax._record.plan_file import DURATION, RATE, PlanFile, RangeTable
+from impactjax._record.planned import planned
+from impactjax._sensor.quantity import QUANTITIES
+from impactjax._sensor.system import System
+
+CRITERIA: dict[str, Callable[[Sequence[str]], AbstractCriterion]] = {
+    "d-optimal": lambda names: DOptimal(tuple(names)),
+    "a-optimal": lambda names: AOptimal(tuple(names)),
+    "worst-parameter": lambda names: WorstParameter(tuple(names)),
+}
+
+
+class Planned(NamedTuple):
+    """Experiments in a plan.
+
+    - `system`: the system with its values.
+    - `experiment`: the experiment at those values.
+    - `candidates`: the experiments to choose from.
+    """
+
+    system: System
+    experiment: Experiment
+    candidates: Candidates
+
+
+def planned_experiments(path: Path, plan: PlanFile) -> Planned:
+    """The experiments in a plan. Raises `FileError`."""
+    try:
+        system = _system(plan)
+        at = {name: value for name, value in plan.values.items() if name in handles(system)}
+        system = replaced(system, tuple(at), tuple(at.values())) if at else system
+        _check_names(plan, system)
+        candidates = Candidates(
+            lambda model, **choices: _experiment(
+                plan, dataclasses.replace(system, model=model), choices
+            ),
+            {name: _choice(each) for name, each in plan.choices.items()},
+            lambda **choices: _costs(plan, choices),
+        )
+        experiment = _experiment(plan, system, {})
+        build_problem(experiment)
+    except FileError:
+        raise
+    except ValueError as error:
+        raise FileError(path, None, str(error).removesuffix("."), "correct the plan") from error
+    return Planned(system, experiment, candidates)
+
+
+def criterion_of(path: Path, plan: PlanFile) -> AbstractCriterion:
+    """The criterion of a plan. Raises `FileError` for an unknown one, or none."""
+    if plan.goal:
+        return Within(plan.goal)
+    if plan.criterion is None:
+        remedy = "add a table [goal], as in omega0 = 0.05, or [criterion]"
+        raise FileError(path, None, "the plan says not what is asked", remedy)
+    try:
+        check_named("criterion", plan.criterion.name, CRITERIA)
+    except ValueError as error:
+        raise FileError(path, None, str(error).removesuffix("."), "correct the plan") from error
+    return CRITERIA[plan.criterion.name](plan.criterion.parameters)
+
+
+def _system(plan: PlanFile) -> System:
+    check_named("system", plan.system.oscillator, OSCILLATORS)
+    check_law(plan.system.law)
+    oscillator = _oscillator(plan, with_known(OSCILLATORS[plan.system.oscillator](), plan.values))
+    upper = None
+    if plan.upper.gap is not None:
+        check_law(plan.upper.law or plan.system.law)
+        upper = Upper(plan.upper.law, plan.upper.gap)
+    separation = None
+    if plan.system.separation is not None:
+        check_named("rule of separation", plan.system.separation, SEPARATIONS)
+        separation = SEPARATIONS[plan.system.separation]
+    typical = typical_system(oscillator, plan.system.law, upper, separation)
+    return dataclasses.replace(typical, sensor=sensor_of(plan.sensor))
+
+
+def _oscillator(plan: PlanFile, oscillator: AbstractOscillator) -> AbstractOscillator:
+    own = {field.name for field in dataclasses.fields(oscillator)}
+    if plan.system.equilibrium is not None:
+        check_named("equilibrium", plan.system.equilibrium, EQUILIBRIA)
+        _check_has("equilibrium", own, plan)
+        equilibrium = EQUILIBRIA[plan.system.equilibrium]
+        oscillator = dataclasses.replace(oscillator, equilibrium=equilibrium)
+    if plan.base.amplitude is not None:
+        _check_has("base", own, plan)
+        base = HarmonicMotion(plan.base.amplitude, plan.base.frequency or 1.0, plan.base.phase)
+        oscillator = dataclasses.replace(oscillator, base=base)
+    return oscillator
+
+
+def _check_has(field: str, own: set[str], plan: PlanFile) -> None:
+    if field not in own:
+        raise ValueError(f"A {plan.system.oscillator} has no `{field}`.")
+
+
+def _check_names(plan: PlanFile, system: System) -> None:
+    """Raises `ValueError` for a name or a value that the system does not have."""
+    known = handles(system)
+    for name, value in plan.values.items():
+        check_known(name, known)
+        check_value(name, value, known[name].allowed)
+    for name in (*plan.fit.fixed, *plan.fit.free, *plan.goal):
+        check_known(name, known)
+    for name, choice in plan.choices.items():
+        if name in (DURATION, RATE):
+            continue
+        check_known(name, known)
+        ends = [choice.low, choice.high] if isinstance(choice, RangeTable) else choice
+        for value in ends:
+            check_value(name, value, known[name].allowed)
+
+
+def _experiment(plan: PlanFile, system: System, choices: Mapping[str, float]) -> Experiment:
+    own = {name: value for name, value in choices.items() if name not in (DURATION, RATE)}
+    changed = replaced(system, tuple(own), tuple(own.values())) if own else system
+    duration = choices.get(DURATION, plan.recording.duration)
+    rate = choices.get(RATE, plan.recording.rate)
+    usual = "angle" if system.model.oscillator.is_angle() else "displacement"
+    quantity = plan.recording.quantity or usual
+    check_named("quantity", quantity, QUANTITIES)
+    ts = np.arange(round(duration * rate) + 1) / rate
+    return Experiment(
+        changed.model,
+        planned(ts, QUANTITIES[quantity]),
+        changed.initial,
+        changed.sensor,
+        fixed=plan.fit.fixed,
+        free=plan.fit.free,
+    )
+
+
+def _choice(given: list[float] | RangeTable) -> Between | list[float]:
+    return Between(given.low, given.high) if isinstance(given, RangeTable) else given
+
+
+def _costs(plan: PlanFile, choices: Mapping[str, float]) -> dict[str, float]:
+    duration = choices.get(DURATION, plan.recording.duration)
+    return {name: each.each + each.second * duration for name, each in plan.cost.items()}
