@@ -28,6 +28,7 @@ ORDER = [
     "_compare",
     "_check",
     "_identify",
+    "_design",
     "_report",
     "_cli",
 ]

@@ -9,6 +9,7 @@ from impactjax._cli.check import check_command
 from impactjax._cli.compiler_flags import prepare
 from impactjax._cli.design import design_command
 from impactjax._cli.fit import fit_command
+from impactjax._cli.identifiability import identifiability_command
 from impactjax._cli.retry_after_abort import attempted
 from impactjax._cli.simulate import simulate_command
 
@@ -41,6 +42,7 @@ def _common(version: Annotated[bool, _VERSION] = False) -> None:
 app.command("check")(check_command)
 app.command("design")(design_command)
 app.command("fit")(fit_command)
+app.command("identifiability")(identifiability_command)
 app.command("simulate")(simulate_command)
 
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from scipy.stats import qmc
 
 from impactjax._problem.experiment import Experiment
 
@@ -32,6 +31,12 @@ class Between:
             raise ValueError(f"A range must rise, but its limits are {self.low} and {self.high}.")
 
 
+def _nothing(**choices: float) -> dict[str, float]:
+    """The cost of an experiment that takes no resource."""
+    del choices
+    return {}
+
+
 @dataclasses.dataclass(frozen=True)
 class Candidates:
     """Experiments of one kind, from which some are chosen.
@@ -39,14 +44,14 @@ class Candidates:
     - `experiment`: function of a model and of the choices by name. It returns an experiment with a
       planned recording, or several experiments: recordings of one motion by several sensors.
     - `choices`: for each name a range, `Between(0.2, 1.2)`, or a list of values.
-    - `cost`: function of the choices by name: what one performance takes of each resource, such as
-      `{"s": 60.0}`. One of the resource "performances" is always taken.
+    - `cost`: function of the choices by name: the amount of each resource that one performance takes,
+      such as `{"s": 60.0}`. One of the resource "performances" is always taken.
     - `name`: name in the result.
     """
 
     experiment: Callable[..., Posed]
     choices: Mapping[str, Between | Sequence[float]] = dataclasses.field(default_factory=dict)
-    cost: Callable[..., Mapping[str, float]] = lambda **_: {}
+    cost: Callable[..., Mapping[str, float]] = _nothing
     name: str = "experiment"
 
     def __post_init__(self) -> None:
@@ -70,7 +75,7 @@ class Candidates:
         ]
 
     def costs(self, values: Values) -> dict[str, float]:
-        """What one performance takes of each resource."""
+        """The amount of each resource that one performance takes."""
         found = {name: float(each) for name, each in self.cost(**values).items()}
         for name, each in found.items():
             if not 0 <= each < math.inf:
@@ -86,6 +91,8 @@ def _covering(ranges: Mapping[str, Between]) -> list[dict[str, float]]:
         axis = np.linspace(0.0, 1.0, _STEPS[len(ranges)])
         unit = np.array(list(itertools.product(axis, repeat=len(ranges))))
     elif ranges:
+        from scipy.stats import qmc
+
         unit = qmc.Sobol(len(ranges), rng=0).random(_POINTS)
     else:
         return [{}]

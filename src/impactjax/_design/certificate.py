@@ -11,13 +11,14 @@ import math
 
 import numpy as np
 from jaxtyping import Float
-from scipy import optimize
 
 from impactjax._design.repeats import Numbers, Task, covariances
 
 
 def least_loss(task: Task, numbers: Numbers) -> float:
     """A loss that no plan within the budgets falls below."""
+    from scipy import optimize
+
     loss, gains, own = _tangent(task, numbers)
     if not np.isfinite(task.costs).all():
         return -math.inf
@@ -29,6 +30,8 @@ def least_loss(task: Task, numbers: Numbers) -> float:
 
 def least_price(task: Task, numbers: Numbers) -> float:
     """A price that every plan that reaches the goal has at least."""
+    from scipy import optimize
+
     loss, gains, own = _tangent(task, numbers)
     needed = own - (task.criterion.goal - loss)
     found = optimize.linprog(task.price, A_ub=-gains[None], b_ub=[-needed], bounds=(0, None))

@@ -43,20 +43,7 @@ class AbstractCriterion(eqx.Module):
         """
 
 
-class _AbstractPrecision(AbstractCriterion):
-    """A criterion of the precision of some parameters, or of all."""
-
-    names: eqx.AbstractVar[tuple[str, ...]]
-
-    def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
-        return self.names or tuple(names)
-
-    @property
-    def goal(self) -> float:
-        return -math.inf
-
-
-class DOptimal(_AbstractPrecision):
+class DOptimal(AbstractCriterion):
     """The volume of the joint confidence region: the mean over the models of log det C / p, with
     the covariance C of the relative errors of p parameters.
 
@@ -68,6 +55,13 @@ class DOptimal(_AbstractPrecision):
     """
 
     names: tuple[str, ...] = eqx.field(converter=lambda given: _as_names(given), default=())
+
+    def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
+        return self.names or tuple(names)
+
+    @property
+    def goal(self) -> float:
+        return -math.inf
 
     def loss(self, covariances: Covariances) -> Losses:
         _, logs = np.linalg.slogdet(covariances)
@@ -81,7 +75,7 @@ class DOptimal(_AbstractPrecision):
         return math.exp(loss / 2)
 
 
-class AOptimal(_AbstractPrecision):
+class AOptimal(AbstractCriterion):
     """The mean square of the relative errors: the mean over the models of tr C / p.
 
     **Arguments:**
@@ -90,6 +84,13 @@ class AOptimal(_AbstractPrecision):
     """
 
     names: tuple[str, ...] = eqx.field(converter=lambda given: _as_names(given), default=())
+
+    def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
+        return self.names or tuple(names)
+
+    @property
+    def goal(self) -> float:
+        return -math.inf
 
     def loss(self, covariances: Covariances) -> Losses:
         return _variances(covariances).mean(axis=(-2, -1))
@@ -102,7 +103,7 @@ class AOptimal(_AbstractPrecision):
         return math.sqrt(loss)
 
 
-class WorstParameter(_AbstractPrecision):
+class WorstParameter(AbstractCriterion):
     """The largest relative error: the mean over the models of max Cᵢᵢ.
 
     **Arguments:**
@@ -111,6 +112,13 @@ class WorstParameter(_AbstractPrecision):
     """
 
     names: tuple[str, ...] = eqx.field(converter=lambda given: _as_names(given), default=())
+
+    def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
+        return self.names or tuple(names)
+
+    @property
+    def goal(self) -> float:
+        return -math.inf
 
     def loss(self, covariances: Covariances) -> Losses:
         return _variances(covariances).max(axis=-1).mean(axis=-1)

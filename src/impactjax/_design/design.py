@@ -102,23 +102,30 @@ def _best(
     question: Question, points: list[Chosen], tell: Tell
 ) -> tuple[list[Chosen], Task, Numbers]:
     """The best plan found, with the points tried and the number of performances at each."""
+    plan, task, numbers = _at_points(question, points, tell)
     for _ in range(_ROUNDS):
-        tell(f"numbers of performances at {len(points)} points")
-        task = question.task(points)
-        numbers = best_numbers(task)
-        plan = [
-            each._replace(number=int(n)) for each, n in zip(points, numbers, strict=True) if n > 0
-        ]
         tell("continuous choices")
         better = refined(plan, question.loss, question.left)
         if question.reached(plan):
             better += refined(plan, question.price, question.left_at_goal)
         old = [each.values for each in plan]
-        new = [each for each in better if each.values not in old]
+        new = [each._replace(number=0) for each in better if each.values not in old]
         if not new:
             break
-        points = [*points, *(each._replace(number=0) for each in new)]
+        points = [*points, *new]
+        plan, task, numbers = _at_points(question, points, tell)
     return plan, task, numbers
+
+
+def _at_points(
+    question: Question, points: list[Chosen], tell: Tell
+) -> tuple[list[Chosen], Task, Numbers]:
+    """The best plan of performances at some points."""
+    tell(f"numbers of performances at {len(points)} points")
+    task = question.task(points)
+    numbers = best_numbers(task)
+    pairs = zip(points, numbers, strict=True)
+    return [each._replace(number=int(n)) for each, n in pairs if n > 0], task, numbers
 
 
 def _described(

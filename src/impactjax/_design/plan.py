@@ -5,6 +5,7 @@ import math
 from collections.abc import Mapping
 
 from impactjax._design.criterion import AbstractCriterion, Within
+from impactjax._number_format import interval
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,9 +54,10 @@ class Expected:
         if not math.isfinite(self.half_width):
             return f"{self.name}: not determined"
         low, high = self.interval
+        shown = interval(low, high, (high - low) / 4)
         refits = "" if math.isnan(self.attained) else f", refits {self._amount(self.attained)}"
         amount = self._amount(self.half_width)
-        return f"{self.name}: {low:.4g} to {high:.4g}{unit}, ± {amount}{refits}"
+        return f"{self.name}: {shown}{unit}, ± {amount}{refits}"
 
     def _amount(self, width: float) -> str:
         return f"{100 * width:.2g} %" if self.value else f"{width:.2g} {self.unit}"

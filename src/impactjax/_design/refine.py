@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy import optimize
 
 from impactjax._design.candidates import Candidates, Values
 
@@ -54,6 +53,8 @@ def refined(
     - `objective`: the loss or the price of a plan.
     - `room`: what is left up to each limit, such as a budget; not negative.
     """
+    from scipy import optimize
+
     cuts = np.cumsum([len(each.unit) for each in plan])
     start = np.concatenate([np.zeros(0), *(each.unit for each in plan)])
     if not start.size:

@@ -12,7 +12,6 @@ from impactjax._known import AnyArray, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
-from impactjax._problem.joint_problem import JointProblem
 from impactjax._types import Flag
 
 Lanes = Float[AnyArray, "lanes parameters"]
@@ -52,7 +51,7 @@ def answer_at(
     return by(problem, u, parts, jnp.asarray(logged)).answer
 
 
-def evaluate_each(problem: JointProblem, u: Vector, parts: Parts, logged: Flag) -> Evaluated:
+def evaluate_each(problem: AbstractProblem, u: Vector, parts: Parts, logged: Flag) -> Evaluated:
     """Evaluates a point of several recordings, each by the program of one alone."""
     values, own = known(problem.at(known(u))), []
     for each, places in problem.each_recording():

@@ -5,6 +5,7 @@ A search, a sampler or another optimiser needs `names`, `start`, `residuals(valu
 """
 
 import abc
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import equinox as eqx
@@ -81,6 +82,10 @@ class AbstractProblem(eqx.Module):
 
         The impact log is computed if `logged` is `None` or true when the program runs.
         """
+
+    @abc.abstractmethod
+    def joined(self, values: Vector, answers: Sequence[Answer]) -> Answer:
+        """The answer of all recordings, from that of each."""
 
     @abc.abstractmethod
     def starting_values(self) -> list[Scalar]:
