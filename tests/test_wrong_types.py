@@ -26,6 +26,7 @@ experiment = ij.Experiment(model, recording, start)
 bounded = lambda bounds: ij.build_problem(
     ij.Experiment(model, recording, start, bounds={"gamma": bounds})
 )
+anything = ij.Candidates(lambda model: experiment)
 cases = {
     "simulate initial": lambda: ij.simulate(model, 0.78, ts),
     "simulate model": lambda: ij.simulate(pendulum, start, ts),
@@ -48,6 +49,10 @@ cases = {
     "law class": lambda: ij.prepare(recording, laws=[ij.Hertz]),
     "record": lambda: ij.prepare(3),
     "compare": lambda: ij.compare(["hertz"]),
+    "candidates": lambda: ij.design([start], model, ij.AOptimal(), budget={"performances": 1}),
+    "models": lambda: ij.design(anything, [1.0], ij.AOptimal(), budget={"performances": 1}),
+    "criterion": lambda: ij.design(anything, model, "A", budget={"performances": 1}),
+    "criterion name": lambda: ij.DOptimal("k"),
     "falling bounds": lambda: bounded((0.3, 0.1)),
     "bounds elsewhere": lambda: bounded((0.3, 0.4)),
     "bounds out of range": lambda: bounded((-0.3, 0.4)),
@@ -85,6 +90,10 @@ SENTENCES = {
     "law class": "TypeError: A law must be a name or an object such as `Restitution(0.7)`, but ",
     "record": "TypeError: Argument `record` must be a Recording, such as ",
     "compare": "TypeError: Argument `experiments` must be what `prepare` made, or experiments by ",
+    "candidates": "TypeError: Argument `candidates` must be a Candidates, such as ",
+    "models": "TypeError: Argument `models` must be an ImpactOscillator, such as ",
+    "criterion": "TypeError: Argument `criterion` must be a Criterion, such as ",
+    "criterion name": "TypeError: Argument `names` must be a list of names: ['k'].",
     "falling bounds": "ValueError: The bounds of `gamma` must rise, but they are 0.3 and 0.1.",
     "bounds elsewhere": "ValueError: `gamma` starts at 0.2, outside its bounds 0.3 and 0.4.",
     "bounds out of range": "ValueError: The bounds of `gamma`, -0.3 and 0.4, must lie within ",

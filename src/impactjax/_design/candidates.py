@@ -44,8 +44,8 @@ class Candidates:
     - `experiment`: function of a model and of the choices by name. It returns an experiment with a
       planned recording, or several experiments: recordings of one motion by several sensors.
     - `choices`: for each name a range, `Between(0.2, 1.2)`, or a list of values.
-    - `cost`: function of the choices by name: the amount of each resource that one performance takes,
-      such as `{"s": 60.0}`. One of the resource "performances" is always taken.
+    - `cost`: function of the choices by name: the amount of each resource that one performance
+      takes, such as `{"s": 60.0}`. One of the resource "performances" is always taken.
     - `name`: name in the result.
     """
 

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from impactjax._design.repeats import Numbers, Task, covariances
+from impactjax._known import AnyArray
 
 
 def least_loss(task: Task, numbers: Numbers) -> float:
@@ -29,16 +30,23 @@ def least_loss(task: Task, numbers: Numbers) -> float:
 
 
 def least_price(task: Task, numbers: Numbers) -> float:
-    """A price that every plan that reaches the goal has at least."""
+    """A price that every plan that reaches the goal has at least. The tangent is that at the plan's
+    part that just reaches it.
+    """
     from scipy import optimize
 
-    loss, gains, own = _tangent(task, numbers)
+    def excess(share: float) -> float:
+        total = task.total(share * numbers)
+        return float(task.criterion.loss(task.covariances(total))) - task.criterion.goal
+
+    share = 1.0 if excess(0.0) <= 0 or excess(1.0) >= 0 else optimize.brentq(excess, 0.0, 1.0)
+    loss, gains, own = _tangent(task, share * numbers)
     needed = own - (task.criterion.goal - loss)
     found = optimize.linprog(task.price, A_ub=-gains[None], b_ub=[-needed], bounds=(0, None))
     return float(found.fun) if found.success else 0.0
 
 
-def _tangent(task: Task, numbers: Numbers) -> tuple[float, Float[np.ndarray, " candidates"], float]:
+def _tangent(task: Task, numbers: Numbers) -> tuple[float, Float[AnyArray, " candidates"], float]:
     """The loss of a plan, its decrease by one performance of each candidate, to first order, and
     that by all performances of the plan.
 

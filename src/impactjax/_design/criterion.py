@@ -8,8 +8,10 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 
-Covariances = Float[np.ndarray, "... models parameters parameters"]
-Losses = Float[np.ndarray, "..."]
+from impactjax._known import AnyArray
+
+Covariances = Float[AnyArray, "... models parameters parameters"]
+Losses = Float[AnyArray, "..."]
 
 _QUANTILE = 1.959964  # 97.5 % of the normal distribution
 
@@ -174,7 +176,7 @@ def half_widths(errors: Losses) -> Losses:
     return _QUANTILE * errors
 
 
-def _variances(covariances: Covariances) -> Float[np.ndarray, "... models parameters"]:
+def _variances(covariances: Covariances) -> Float[AnyArray, "... models parameters"]:
     return np.diagonal(covariances, axis1=-2, axis2=-1)
 
 

@@ -103,7 +103,7 @@ def _best(
 ) -> tuple[list[Chosen], Task, Numbers]:
     """The best plan found, with the points tried and the number of performances at each."""
     plan, task, numbers = _at_points(question, points, tell)
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS if plan else 0):
         tell("continuous choices")
         better = refined(plan, question.loss, question.left)
         if question.reached(plan):

@@ -11,13 +11,13 @@ from impactjax._identify.directions import without
 from impactjax._identify.experiment_information import informed_by
 from impactjax._identify.information import Information
 from impactjax._identify.joint_information import joint_information
-from impactjax._known import known
+from impactjax._known import AnyArray, known
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.prior import Normal
 from impactjax._refusal import check_kind
 
-Matrices = Float[np.ndarray, "models parameters parameters"]
+Matrices = Float[AnyArray, "models parameters parameters"]
 
 OF_MOTION = ("theta0", "theta_dot0", "x0", "x_dot0", "t0")  # the same for all sensors of a motion
 

@@ -11,6 +11,7 @@ from impactjax._design.criterion import AbstractCriterion, Within
 from impactjax._design.posed import Informed, Matrices
 from impactjax._design.refine import Chosen
 from impactjax._design.repeats import Task
+from impactjax._known import AnyArray
 
 PERFORMANCES = "performances"
 
@@ -30,7 +31,7 @@ class Question:
     before: Matrices
 
     @property
-    def own(self) -> Int[np.ndarray, " own"]:
+    def own(self) -> Int[AnyArray, " own"]:
         """Indices of the parameters that count."""
         names = self.informed.names
         return np.array([names.index(each) for each in self.criterion.parameters(names)], int)
@@ -67,12 +68,12 @@ class Question:
         """The price of a plan, by which plans that reach a goal are compared."""
         return sum(each.number * self._price(each) for each in plan)
 
-    def left(self, plan: Sequence[Chosen]) -> Float[np.ndarray, " resources"]:
+    def left(self, plan: Sequence[Chosen]) -> Float[AnyArray, " resources"]:
         """The shares of the budget that a plan does not take."""
         taken = [each.number * self._relative(each) for each in plan]
         return 1 - sum(taken, np.zeros(len(self.budget)))
 
-    def left_at_goal(self, plan: Sequence[Chosen]) -> Float[np.ndarray, " limits"]:
+    def left_at_goal(self, plan: Sequence[Chosen]) -> Float[AnyArray, " limits"]:
         """The same, and the relative distance of the loss from its goal."""
         return np.append(self.left(plan), 1 - self.loss(plan) / self.criterion.goal)
 
@@ -80,7 +81,7 @@ class Question:
         """True if there is a goal, and a plan reaches it."""
         return self.criterion.goal > -np.inf and self.loss(plan) <= self.criterion.goal
 
-    def _relative(self, point: Chosen) -> Float[np.ndarray, " resources"]:
+    def _relative(self, point: Chosen) -> Float[AnyArray, " resources"]:
         own = point.candidates.costs(point.values)
         return np.array([own.get(name, 0.0) / most for name, most in self.budget.items()])
 

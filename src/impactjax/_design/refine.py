@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Float
 
 from impactjax._design.candidates import Candidates, Values
+from impactjax._known import AnyArray
 
-Unit = Float[np.ndarray, " ranges"]
+Unit = Float[AnyArray, " ranges"]
 
 _STEP = 1e-4  # of a central difference, relative to the range
 _MOST = 40  # iterations
@@ -43,7 +44,7 @@ class Chosen(NamedTuple):
 def refined(
     plan: Sequence[Chosen],
     objective: Callable[[Sequence[Chosen]], float],
-    room: Callable[[Sequence[Chosen]], Float[np.ndarray, " limits"]],
+    room: Callable[[Sequence[Chosen]], Float[AnyArray, " limits"]],
 ) -> list[Chosen]:
     """A plan with continuous choices at which an objective is lower. The derivatives are central
     differences: they need no program but that of the information.

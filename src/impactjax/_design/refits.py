@@ -13,7 +13,7 @@ from impactjax._design.posed import OF_MOTION
 from impactjax._fit.evaluation import evaluate_each
 from impactjax._fit.search import Search, Searches, lowest
 from impactjax._fit.synthetic import synthetic
-from impactjax._known import known
+from impactjax._known import AnyArray, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
@@ -21,6 +21,8 @@ from impactjax._problem.joint_problem import JointProblem
 from impactjax._problem.prior import Normal
 from impactjax._problem.problem import Problem
 from impactjax._problem.scatter import NoScatter
+
+_REDUCTION, _DAMPING = 1e-6, 1e-6  # of searches that start close to the minimum
 
 Motion = Sequence[Experiment]  # recordings of one motion
 
@@ -34,7 +36,7 @@ class Refits(NamedTuple):
     """
 
     names: tuple[str, ...]
-    values: Float[np.ndarray, "refits parameters"]
+    values: Float[AnyArray, "refits parameters"]
     failed: int
 
 
@@ -42,13 +44,14 @@ def refitted(
     motions: Sequence[Motion], priors: Mapping[str, Normal], key: Key[Array, ""], count: int
 ) -> Refits:
     """Refits of a plan, from starts at the true values. Prior means are drawn as well."""
+    close = LevenbergMarquardt(reduction=_REDUCTION, damping=_DAMPING)
     rows, failed, names = [], 0, ()
     for own in jax.random.split(key, count):
         joint = _drawn(motions, priors, own)
         names, start = joint.names, joint.coordinates(known(joint.start))
         whole = known(joint.parts((1.0,)))
         searches = Searches(start[None], np.ones((1, len(names)), bool), whole)
-        found = lowest(Search(evaluate_each).minima(joint, LevenbergMarquardt(), searches))
+        found = lowest(Search(evaluate_each).minima(joint, close, searches))
         if bool(found.converged) and np.isfinite(found.cost):
             rows.append(np.asarray(joint.at(found.u)))
         else:

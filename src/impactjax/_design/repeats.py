@@ -7,11 +7,12 @@ L. Pronzato and A. Pázman (2013), "Design of experiments in nonlinear models", 
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, Num
 
 from impactjax._design.criterion import AbstractCriterion, Covariances, Losses
+from impactjax._known import AnyArray
 
-Numbers = Int[np.ndarray, " candidates"]
+Numbers = Num[AnyArray, " candidates"]
 
 _MOST = 1000  # performances
 _TINY = 1e-9  # relative improvement that counts as none
@@ -29,28 +30,28 @@ class Task(NamedTuple):
     """
 
     criterion: AbstractCriterion
-    matrices: Float[np.ndarray, "candidates models p p"]
-    before: Float[np.ndarray, "models p p"]
-    costs: Float[np.ndarray, "candidates resources"]
-    price: Float[np.ndarray, " candidates"]
-    own: Int[np.ndarray, " own"]
+    matrices: Float[AnyArray, "candidates models p p"]
+    before: Float[AnyArray, "models p p"]
+    costs: Float[AnyArray, "candidates resources"]
+    price: Float[AnyArray, " candidates"]
+    own: Int[AnyArray, " own"]
 
-    def covariances(self, totals: Float[np.ndarray, "... models p p"]) -> Covariances:
+    def covariances(self, totals: Float[AnyArray, "... models p p"]) -> Covariances:
         """Covariances of the parameters that count."""
         return covariances(totals)[..., self.own[:, None], self.own]
 
-    def losses(self, totals: Float[np.ndarray, "... models p p"]) -> Losses:
+    def losses(self, totals: Float[AnyArray, "... models p p"]) -> Losses:
         """The loss, or the goal where that is reached."""
         return np.maximum(self.criterion.loss(self.covariances(totals)), self.criterion.goal)
 
-    def total(self, numbers: Numbers) -> Float[np.ndarray, "models p p"]:
+    def total(self, numbers: Numbers) -> Float[AnyArray, "models p p"]:
         """Information in a plan."""
         return self.before + np.tensordot(numbers, self.matrices, 1)
 
 
 def covariances(
-    totals: Float[np.ndarray, "... p p"],
-) -> Float[np.ndarray, "... p p"]:
+    totals: Float[AnyArray, "... p p"],
+) -> Float[AnyArray, "... p p"]:
     """Covariances of relative errors; of errors of about 10⁴ where nothing is known."""
     return np.linalg.inv(totals + _NOTHING * np.eye(totals.shape[-1]))
 
@@ -97,25 +98,27 @@ def _filled(task: Task, numbers: Numbers, allowed: np.ndarray | None = None) -> 
 
 
 def _exchanged(task: Task, numbers: Numbers) -> Numbers:
-    """A plan improved by single removals, additions and exchanges, as long as one helps."""
+    """A plan improved by single removals, additions and exchanges, as long as one helps: a lower
+    loss, or a lower price at the goal, or there a lower loss at no higher price.
+    """
     for _ in range(10 * _MOST):
         moves = _moves(numbers)
-        inside = ((numbers + moves) @ task.costs <= 1 + _TINY).all(axis=1)
-        moves = moves[inside]
-        losses = task.losses(task.total(numbers) + np.tensordot(moves, task.matrices, 1))
-        now, price = task.losses(task.total(numbers)), moves @ task.price
-        lower = losses < now - _TINY * np.abs(now)
-        cheaper = (losses <= now + _TINY * np.abs(now)) & (price < -_TINY)
-        if lower.any():
-            numbers = numbers + moves[np.argmin(losses)]
-        elif cheaper.any():
-            numbers = numbers + moves[np.argmin(np.where(cheaper, price, np.inf))]
-        else:
+        moves = moves[((numbers + moves) @ task.costs <= 1 + _TINY).all(axis=1)]
+        total, price = task.total(numbers), moves @ task.price
+        own = task.criterion.loss(task.covariances(total))
+        then = task.criterion.loss(task.covariances(total + np.tensordot(moves, task.matrices, 1)))
+        goal, less = task.criterion.goal, own - _TINY * np.abs(own)
+        helps = np.where(own > goal, then < less, then <= goal) & (
+            (own > goal) | (price < -_TINY) | ((price < _TINY) & (then < less))
+        )
+        if not helps.any():
             break
+        rank = then if own > goal else price + _TINY * then
+        numbers = numbers + moves[np.argmin(np.where(helps, rank, np.inf))]
     return numbers
 
 
-def _moves(numbers: Numbers) -> Int[np.ndarray, "moves candidates"]:
+def _moves(numbers: Numbers) -> Int[AnyArray, "moves candidates"]:
     one = np.eye(len(numbers), dtype=int)
     less = -one[numbers > 0]
     exchanges = (less[:, None, :] + one).reshape(-1, len(numbers))
