@@ -139,7 +139,8 @@ def _described(
         value, width = informed.values[0][name], float(half_widths(error))
         known = width if error < _UNKNOWN else math.inf
         attained = math.nan if found is None else _attained(found, name, value)
-        expected[name] = Expected(name, value, informed.units[name], known, attained)
+        unit, positive = informed.units[name], informed.positive[name]
+        expected[name] = Expected(name, value, unit, positive, known, attained)
     reached = criterion.goal > -math.inf and loss <= criterion.goal * (1 + 1e-9)
     price = float(numbers @ task.price)
     return Design(

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping
 
 from impactjax._design.criterion import AbstractCriterion, Within
-from impactjax._number_format import interval
+from impactjax._number_format import interval, with_unit
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,6 +32,7 @@ class Expected:
     """Expected and simulated precision of a parameter of the model.
 
     - `value`, `unit`: the value in the first model.
+    - `positive`: true for a parameter that cannot be negative.
     - `half_width`: expected half-width of the 95 % interval relative to the value, or in the unit
       for a value of zero; infinite if the plan does not determine the parameter.
     - `attained`: the same from the spread of simulated refits; NaN without them.
@@ -40,6 +41,7 @@ class Expected:
     name: str
     value: float
     unit: str
+    positive: bool
     half_width: float
     attained: float
 
@@ -47,20 +49,22 @@ class Expected:
     def interval(self) -> tuple[float, float]:
         """The expected 95 % interval, in the unit."""
         width = self.half_width * (abs(self.value) or 1.0)
-        return self.value - width, self.value + width
+        low = self.value - width
+        return max(low, 0.0) if self.positive else low, self.value + width
 
     def __str__(self) -> str:
-        unit = "" if self.unit == "1" else f" {self.unit}"
         if not math.isfinite(self.half_width):
             return f"{self.name}: not determined"
         low, high = self.interval
-        shown = interval(low, high, (high - low) / 4)
+        shown = interval(low, high, (high - self.value) / 2)
         refits = "" if math.isnan(self.attained) else f", refits {self._amount(self.attained)}"
         amount = self._amount(self.half_width)
-        return f"{self.name}: {shown}{unit}, ± {amount}{refits}"
+        return f"{self.name}: {with_unit(shown, self.unit)}, ± {amount}{refits}"
 
     def _amount(self, width: float) -> str:
-        return f"{100 * width:.2g} %" if self.value else f"{width:.2g} {self.unit}"
+        if not self.value:
+            return with_unit(f"{width:.2g}", self.unit)
+        return f"{100 * width:.2g} %" if width < 1 else f"{100 * width:.0f} %"
 
 
 @dataclasses.dataclass(frozen=True)

@@ -31,8 +31,8 @@ class Informed:
 
     - `models`: the models that are thought possible, in one structure.
     - `length`: number of samples to which all recordings are padded.
-    - `names`, `units`, `values`: names of all parameters found up to now, their units, and their
-      values in each model.
+    - `names`, `units`, `positive`, `values`: names of all parameters found up to now, their units,
+      whether they cannot be negative, and their values in each model.
     - `found`: information found up to now.
     """
 
@@ -40,6 +40,7 @@ class Informed:
     length: int
     names: list[str] = dataclasses.field(default_factory=list)
     units: dict[str, str] = dataclasses.field(default_factory=dict)
+    positive: dict[str, bool] = dataclasses.field(default_factory=dict)
     values: list[dict[str, float]] = dataclasses.field(default_factory=list)
     found: dict[object, list[dict[tuple[str, str], float]]] = dataclasses.field(
         default_factory=dict
@@ -91,7 +92,8 @@ class Informed:
             if name not in self.names:
                 self.names.append(name)
             at = told.names.index(name)
-            self.values[model][name], self.units[name] = float(told.values[at]), told.units[at]
+            self.values[model][name] = float(told.values[at])
+            self.units[name], self.positive[name] = told.units[at], told.positive[at]
 
     def _matrices(self, tables: Sequence[Mapping[tuple[str, str], float]]) -> Matrices:
         return np.array(
