@@ -113,8 +113,8 @@ def test_slope_of_a_criterion_is_its_derivative(criterion):
 
 
 def test_d_optimal_plan_halves_its_performances_between_two_lines():
-    """Of two candidates that tell one parameter each, both are performed equally often, whatever
-    their precision; under the A-criterion in the ratio of their errors.
+    """Two candidates that tell one parameter each are performed equally often, whatever their
+    precision; under the A-criterion in the ratio of their errors.
     """
     matrices = np.array([np.diag([1.0, 0.0]), np.diag([0.0, 9.0])])[:, None]
     nothing, own = np.zeros((1, 2, 2)), np.arange(2)

@@ -125,4 +125,5 @@ def test_sensor_is_gain_times_filter_plus_offset():
     late = 1 / (2 * math.pi * CUTOFF)
     expected = 3 * (1 + 2 * (np.asarray(ts) - late)) + 0.5
     np.testing.assert_allclose(sensor.shown(model, run, ij.Displacement()), expected, rtol=1e-12)
-    np.testing.assert_allclose(sensor.sampled(ts), np.asarray(ts) - 0.02, rtol=1e-14)
+    at = sensor.sampled(ts, ij.Displacement())
+    np.testing.assert_allclose(at, np.asarray(ts) - 0.02, rtol=1e-14)

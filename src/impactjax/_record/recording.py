@@ -141,7 +141,7 @@ class Recording(AbstractRecording):
         return simulate_logged(
             system.model,
             system.initial,
-            system.sensor.sampled(self.ts),
+            system.sensor.sampled(self.ts, self.quantity),
             t0=system.start.t0 - system.sensor.delay,
             step=simulation.step,
             tolerance=simulation.tolerance,

@@ -4,7 +4,9 @@ import abc
 from typing import ClassVar
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from impactjax._first_look.coordinate import (
     from_pulses,
@@ -16,6 +18,7 @@ from impactjax._first_look.coordinate import (
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._sensor.forces import acceleration, slopes
+from impactjax._sensor.low_pass import AbstractLowPass
 from impactjax._shown import with_numbers
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Samples
@@ -43,6 +46,8 @@ class AbstractQuantity(eqx.Module):
     """True if its sensor usually moves with a falling body."""
     is_felt: ClassVar[bool] = False
     """True if it is zero in free fall."""
+    density: ClassVar[int] = 1
+    """Samples of a trajectory for each recorded one behind a low-pass."""
 
     @property
     def unit(self) -> str:
@@ -63,6 +68,12 @@ class AbstractQuantity(eqx.Module):
     @abc.abstractmethod
     def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         """The time derivative of the quantity at the samples."""
+
+    @abc.abstractmethod
+    def filtered(
+        self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
+    ) -> Samples:
+        """The output at the samples of a low-pass with this quantity as its input."""
 
     @abc.abstractmethod
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
@@ -93,13 +104,23 @@ class AbstractPlace(AbstractQuantity):
         del model
         return trajectory.velocity
 
+    def filtered(
+        self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
+    ) -> Samples:
+        del model
+        return low_pass.filtered(trajectory.ts, trajectory.position, trajectory.velocity)
+
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         del ts, oscillator
         return values
 
 
 class AbstractDifferenced(AbstractQuantity):
-    """A quantity whose rate is computed from differences of its samples."""
+    """A quantity that changes much during a contact. Its rate is computed from differences of its
+    samples.
+    """
+
+    density: ClassVar[int] = 4
 
     def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return slopes(trajectory.ts, self.value(model, trajectory))
@@ -112,13 +133,48 @@ class AbstractSpeed(AbstractDifferenced):
         del model
         return trajectory.velocity
 
+    def filtered(
+        self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
+    ) -> Samples:
+        rates = self.rate(model, trajectory)
+        return low_pass.filtered(trajectory.ts, trajectory.velocity, rates)
+
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         del oscillator
         return from_velocity(ts, values)
 
 
-class AbstractAcceleration(AbstractDifferenced):
+class AbstractPulsed(AbstractDifferenced):
+    """A quantity with a pulse at each contact: `factor` times the acceleration of the coordinate,
+    and a rest without pulses.
+
+    A low-pass filters the acceleration as the second derivative of the coordinate, which holds the
+    whole impulse of a contact, however short.
+    """
+
+    @abc.abstractmethod
+    def factor(self, model: ImpactOscillator) -> Float[Array, "..."]:
+        """The ratio of its pulses to those of the acceleration."""
+
+    def filtered(
+        self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
+    ) -> Samples:
+        ts, factor = trajectory.ts, self.factor(model)
+        inner = acceleration(model, trajectory)
+        before = inner[0], slopes(ts, inner)[0]
+        pulses = low_pass.filtered_acceleration(
+            ts, trajectory.position, trajectory.velocity, before
+        )
+        rest = self.value(model, trajectory) - factor * inner
+        return factor * pulses + low_pass.filtered(ts, rest, slopes(ts, rest))
+
+
+class AbstractAcceleration(AbstractPulsed):
     """The second derivative of the coordinate."""
+
+    def factor(self, model: ImpactOscillator) -> Float[Array, "..."]:
+        del model
+        return jnp.ones(())
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return acceleration(model, trajectory)

@@ -15,13 +15,13 @@ from impactjax._types import Samples
 def contact_force(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
     """Force of the stops on the mass along its coordinate [N].
 
-    The impulse of a rigid stop has no duration and does not appear; the force of a rigid stop on a
+    The impulse of a rigid stop has no duration and appears only behind a low-pass; the force of a rigid stop on a
     resting mass does. Raises `ValueError` for a law whose force depends on more than penetration
     and rate.
     """
     total = jnp.where(
         _rests(trajectory),
-        -_inertia(model) * _free(model, trajectory),
+        -inertia(model) * _free(model, trajectory),
         jnp.zeros_like(trajectory.ts),
     )
     for wall in walls(model):
@@ -34,7 +34,7 @@ def contact_force(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
 def acceleration(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
     """Second derivative of the coordinate [rad/s²] or [m/s²]."""
     free = _free(model, trajectory)
-    driven = free + contact_force(model, trajectory) / _inertia(model)
+    driven = free + contact_force(model, trajectory) / inertia(model)
     velocity = trajectory.velocity
     resistance = model.oscillator.resistance(jnp.abs(velocity))
     if resistance is None:
@@ -60,7 +60,8 @@ def slopes(ts: Samples, values: Samples) -> Samples:
     return jnp.concatenate([between[:1], middle, between[-1:]])
 
 
-def _inertia(model: ImpactOscillator) -> Float[Array, "..."]:
+def inertia(model: ImpactOscillator) -> Float[Array, "..."]:
+    """Force by acceleration of the coordinate: mass times lever."""
     return model.oscillator.mass * model.oscillator.lever()
 
 

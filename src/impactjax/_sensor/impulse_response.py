@@ -1,11 +1,14 @@
 """A low-pass filter given by its measured impulse response."""
 
+import math
+
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from impactjax._parameter import Requirement, as_parameter, is_positive, raise_if_violated
-from impactjax._sensor.low_pass import AbstractLowPass
+from impactjax._sensor.forces import slopes
+from impactjax._sensor.low_pass import AbstractLowPass, Before
 from impactjax._types import Samples
 
 
@@ -39,11 +42,28 @@ class ImpulseResponse(AbstractLowPass):
         lags = self.interval * jnp.arange(taps, dtype=ts.dtype)
         return _between(ts[:, None] - lags, ts, values, rates) @ weights
 
+    def filtered_acceleration(
+        self, ts: Samples, positions: Samples, velocities: Samples, before: Before
+    ) -> Samples:
+        lags = self.interval * jnp.arange(self.response.shape[0], dtype=ts.dtype)
+        at = ts[:, None] - lags
+        places = _between(at, ts, positions, velocities, before)
+        last = _between(at[:, -1:], ts, velocities, slopes(ts, velocities), before[1:])
+        steps = jnp.diff(self.response) / self.interval
+        ends = self.response[0] * velocities - self.response[-1] * last[:, 0]
+        return ends - jnp.diff(places, axis=1) @ steps
+
 
 def _between(
-    at: Float[Array, "samples taps"], ts: Samples, values: Samples, rates: Samples
+    at: Float[Array, "samples taps"],
+    ts: Samples,
+    values: Samples,
+    rates: Samples,
+    curvatures: tuple[Float[Array, ""], ...] = (),
 ) -> Float[Array, "samples taps"]:
-    """Cubic Hermite interpolation of samples with their rates; linear before the first sample."""
+    """Cubic Hermite interpolation of samples with their rates. Before the first sample a polynomial
+    with given higher derivatives: a straight line without any.
+    """
     i = jnp.clip(jnp.searchsorted(ts, at, side="right") - 1, 0, ts.shape[0] - 2)
     h = ts[i + 1] - ts[i]
     s = (at - ts[i]) / h
@@ -52,4 +72,6 @@ def _between(
     cubic = values[i] + s * (
         start + s * (3 * rise - 2 * start - end + s * (start + end - 2 * rise))
     )
-    return jnp.where(at < ts[0], values[0] + rates[0] * (at - ts[0]), cubic)
+    ahead = jnp.minimum(at - ts[0], 0.0)
+    terms = [x * ahead**n / math.factorial(n) for n, x in enumerate(curvatures, start=2)]
+    return jnp.where(at < ts[0], values[0] + rates[0] * ahead + sum(terms), cubic)

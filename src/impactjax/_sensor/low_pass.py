@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from impactjax._known import AnyArray
 from impactjax._parameter import (
     as_parameter,
     parameter,
@@ -17,6 +18,8 @@ from impactjax._parameter import (
 )
 from impactjax._shown import with_numbers
 from impactjax._types import AngularFrequency, Samples
+
+Before = tuple[Float[AnyArray, ""], Float[AnyArray, ""]]  # value and rate at the first sample
 
 _TERMS = 14  # number of terms of a series with terms below 6 / (j + 4)!
 
@@ -29,6 +32,17 @@ class AbstractLowPass(eqx.Module):
         """The filter's output at the times `ts`.
 
         Its input is known there by value and rate. Before the first sample it was a straight line.
+        """
+
+    @abc.abstractmethod
+    def filtered_acceleration(
+        self, ts: Samples, positions: Samples, velocities: Samples, before: Before
+    ) -> Samples:
+        """The filter's output at the times `ts` for the second derivative of a position as input.
+
+        The position is known there with its velocity, and stands for all that the acceleration does
+        in between: the pulse of a contact that is shorter than a sample, or the impulse of a rigid
+        stop. Before the first sample the acceleration was a straight line.
         """
 
     __repr__ = with_numbers
@@ -60,7 +74,17 @@ class Butterworth(AbstractLowPass):
         total = jnp.zeros_like(values)
         scale = 2 * math.pi * self.cutoff
         for pole, residue in _poles_and_residues(self.order):
-            mode = _mode(_times(pole, scale), ts, values, rates)
+            mode = _mode(_times(pole, scale), ts, values, rates, (values[0], rates[0]), 0)
+            total = total + jnp.real(_times(residue, scale) * mode)
+        return total
+
+    def filtered_acceleration(
+        self, ts: Samples, positions: Samples, velocities: Samples, before: Before
+    ) -> Samples:
+        total = jnp.zeros_like(positions)
+        scale = 2 * math.pi * self.cutoff
+        for pole, residue in _poles_and_residues(self.order):
+            mode = _mode(_times(pole, scale), ts, positions, velocities, before, 2)
             total = total + jnp.real(_times(residue, scale) * mode)
         return total
 
@@ -84,10 +108,18 @@ def _times(constant: complex, scale: AngularFrequency) -> Complex[Array, "..."]:
 
 
 def _mode(
-    pole: Complex[Array, ""], ts: Samples, values: Samples, rates: Samples
+    pole: Complex[Array, ""],
+    ts: Samples,
+    values: Samples,
+    rates: Samples,
+    before: Before,
+    derivative: int,
 ) -> Complex[Array, " samples"]:
-    """Response ∫ exp(pole (t − τ)) x(τ) dτ at the samples, for an input x that is a cubic between
-    samples and linear before the first.
+    """Response m = ∫ exp(p (t − τ)) x⁽ⁿ⁾(τ) dτ at the samples, to the n-th derivative of an x that
+    is a cubic between samples, where x⁽ⁿ⁾ was linear before the first.
+
+    By partial integration it is m for n = 0, and ẋ + p x + p² m for n = 2, where no derivative of
+    the cubic is taken.
     """
     ts, values, rates = (x.astype(pole.dtype) for x in (ts, values, rates))
     h = jnp.diff(ts)
@@ -96,7 +128,10 @@ def _mode(
     cubic = (values[:-1], start, 3 * rise - 2 * start - end, start + end - 2 * rise)
     decay = jnp.exp(pole * h)
     gain = sum(a * moment for a, moment in zip(cubic, _moments(pole * h), strict=True))
-    first = -values[0] / pole - rates[0] / pole**2
+    value, rate = (x.astype(pole.dtype) for x in before)
+    first = -value / pole - rate / pole**2
+    if derivative == 2:
+        first = (first - rates[0] - pole * values[0]) / pole**2
 
     def carried(mode: Complex[Array, ""], interval: tuple[Array, Array]) -> tuple[Array, Array]:
         decay, gain = interval
@@ -105,7 +140,8 @@ def _mode(
 
     # A sequential scan: an associative one takes 3 to 50 times as long on a CPU.
     _, modes = jax.lax.scan(carried, first, (decay, gain * h))
-    return jnp.concatenate([first[None], modes])
+    response = jnp.concatenate([first[None], modes])
+    return response if derivative == 0 else rates + pole * (values + pole * response)
 
 
 def _moments(z: Complex[Array, " intervals"]) -> list[Complex[Array, " intervals"]]:

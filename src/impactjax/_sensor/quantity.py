@@ -2,6 +2,8 @@
 
 from typing import ClassVar
 
+from jaxtyping import Array, Float
+
 from impactjax._first_look.coordinate import (
     from_pulses,
     pulses,
@@ -11,14 +13,15 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._sensor.abstract_quantity import (
     AbstractAcceleration,
-    AbstractDifferenced,
     AbstractPlace,
+    AbstractPulsed,
     AbstractQuantity,
     AbstractSpeed,
     Row,
 )
 from impactjax._sensor.forces import (
     contact_force,
+    inertia,
     proper_acceleration,
 )
 from impactjax._sensor.units import (
@@ -112,7 +115,7 @@ class Acceleration(AbstractAcceleration):
     of_angle: ClassVar[bool | None] = False
 
 
-class ProperAcceleration(AbstractDifferenced):
+class ProperAcceleration(AbstractPulsed):
     """The proper acceleration, as of an accelerometer: contact and drag force divided by the mass,
     zero in free fall.
     """
@@ -131,6 +134,9 @@ class ProperAcceleration(AbstractDifferenced):
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return proper_acceleration(model, trajectory)
 
+    def factor(self, model: ImpactOscillator) -> Float[Array, "..."]:
+        return model.oscillator.lever()
+
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         return from_pulses(ts, values, oscillator.weight())
 
@@ -141,7 +147,7 @@ class ProperAcceleration(AbstractDifferenced):
         return fall(ts, values, valid)
 
 
-class ContactForce(AbstractDifferenced):
+class ContactForce(AbstractPulsed):
     """The force of the stops on the mass, along its coordinate."""
 
     name: ClassVar[str] = "contact force"
@@ -155,6 +161,9 @@ class ContactForce(AbstractDifferenced):
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return contact_force(model, trajectory)
+
+    def factor(self, model: ImpactOscillator) -> Float[Array, "..."]:
+        return inertia(model)
 
     def check_suits(self, model: ImpactOscillator) -> None:
         laws = [stop.law for stop in (model.lower, model.upper) if stop is not None]

@@ -78,10 +78,13 @@ class Sensor(eqx.Module):
         self, model: ImpactOscillator, trajectory: Trajectory, quantity: AbstractQuantity
     ) -> Samples:
         """The recorded values, from a trajectory sampled at the times `sampled`."""
-        values = quantity.value(model, trajectory)
-        if self.low_pass is not None:
-            values = self.low_pass.filtered(trajectory.ts, values, quantity.rate(model, trajectory))
-        return self.gain * values + self.offset + self.drift * (trajectory.ts + self.delay)
+        if self.low_pass is None:
+            values = quantity.value(model, trajectory)
+        else:
+            values = quantity.filtered(self.low_pass, model, trajectory)
+        every = self._density(quantity)
+        values, ts = values[::every], trajectory.ts[::every]
+        return self.gain * values + self.offset + self.drift * (ts + self.delay)
 
     def floor(self) -> Float[Array, "..."]:
         """Variance of the quantisation error: step² / 12."""
@@ -91,8 +94,16 @@ class Sensor(eqx.Module):
         """Variance of a recorded value, σ² plus that of quantisation; `None` if σ is not known."""
         return None if self.sigma is None else self.sigma**2 + self.floor()
 
-    def sampled(self, ts: Samples) -> Samples:
-        """The times at which to sample the trajectory for a recording at `ts`."""
-        return ts - self.delay
+    def sampled(self, ts: Samples, quantity: AbstractQuantity) -> Float[Array, " denser"]:
+        """The times at which to sample the trajectory for a recording at `ts`. They are denser for
+        a quantity that has pulses, if a low-pass sees what happens between the recorded samples.
+        """
+        density = self._density(quantity)
+        steps = jnp.arange(density, dtype=ts.dtype) / density
+        between = (ts[:-1, None] + jnp.diff(ts)[:, None] * steps).ravel()
+        return jnp.append(between, ts[-1]) - self.delay
+
+    def _density(self, quantity: AbstractQuantity) -> int:
+        return 1 if self.low_pass is None else quantity.density
 
     __repr__ = with_numbers
