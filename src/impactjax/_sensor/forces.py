@@ -15,7 +15,7 @@ from impactjax._types import Samples
 def contact_force(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
     """Force of the stops on the mass along its coordinate [N].
 
-    The impulse of a rigid stop has no duration and appears only behind a low-pass; the force of a rigid stop on a
+    The impulse of a rigid stop has no duration, and appears only behind a low-pass; its force on a
     resting mass does. Raises `ValueError` for a law whose force depends on more than penetration
     and rate.
     """
