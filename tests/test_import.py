@@ -38,7 +38,10 @@ print(json.dumps(sorted(sys.modules)))
 """
 
 RECORDING = Path(__file__).parent.parent / "data" / "kelvin_voigt.csv"
-SELDOM = {"diffrax", "h5py", "matplotlib", "optax", "pandas", "scipy.signal", "scipy.stats"}
+SELDOM = {
+    *("diffrax", "h5py", "matplotlib", "numpyro", "optax", "pandas", "scipy.signal"),
+    *("scipy.stats", "xarray"),
+}
 
 
 def in_a_new_process(program: str, *arguments: str, **environment: str) -> str:

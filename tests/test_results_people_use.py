@@ -129,6 +129,16 @@ def test_log_density_outside_the_range_is_minus_infinity():
     assert float(problem.log_density(jnp.array([0.3, 0.6]))) == -np.inf
 
 
+def test_log_density_counts_prior_knowledge():
+    plain = ij.build_problem(experiment())
+    known = ij.build_problem(experiment(priors={"x0": ij.Normal(0.4, 0.02)}))
+    at = jnp.array([0.31, 0.68])
+    added = float(known.log_density(at)) - float(plain.log_density(at))
+    assert added == pytest.approx(-((0.31 - 0.4) ** 2) / (2 * 0.02**2), rel=1e-9)
+    with pytest.raises(ValueError, match="`priors` speak of `x0`, which is not fitted"):
+        ij.build_problem(experiment(priors={"x0": ij.Normal(0.4, 0.02)}, fixed=("x0",)))
+
+
 @pytest.mark.parametrize(
     ("made", "text"),
     [

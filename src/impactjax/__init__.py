@@ -71,6 +71,7 @@ from impactjax._identify.identifiability import identifiability as identifiabili
 from impactjax._identify.information import Information as Information
 from impactjax._identify.information_in import information_in as information_in
 from impactjax._identify.joint_information import joint_information as joint_information
+from impactjax._identify.posterior import posterior as posterior
 from impactjax._identify.residual_diagnostics import ResidualDiagnostics as ResidualDiagnostics
 from impactjax._identify.residual_diagnostics import residual_diagnostics as residual_diagnostics
 from impactjax._identify.restitution_band import restitution_band as restitution_band

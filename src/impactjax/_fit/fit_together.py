@@ -63,7 +63,7 @@ def fit_together(
         raise ValueError("There is no experiment to fit.")
     for experiment in experiments:
         check_kind("experiments", experiment, Experiment, "Experiment(model, recording, initial)")
-    problems = [_without_scatter(each) for each in _padded(experiments)]
+    problems = [_alone(each) for each in _padded(experiments)]
     alone = [solve(problem, starts, optimiser) for problem in problems]
     names, places = _named(problems, shared, own)
     priors = _priors(experiments, problems, names, places)
@@ -85,13 +85,14 @@ def fit_together(
     return estimate
 
 
-def _without_scatter(experiment: Experiment) -> Problem:
+def _alone(experiment: Experiment) -> Problem:
     if experiment.scatter is not None and experiment.scatter.scatters:
         raise ValueError(
             "A joint fit has no scatter from impact to impact: fit each experiment alone, or leave "
             "out `scatter`."
         )
-    return dataclasses.replace(build_problem(experiment), scatter=NoScatter())
+    problem = build_problem(experiment)  # prior knowledge is part of the joint problem
+    return dataclasses.replace(problem, scatter=NoScatter(), priors={})
 
 
 def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Problem]:
@@ -151,11 +152,6 @@ def _priors(
     found: dict[str, Normal] = {}
     for experiment, problem, own in zip(experiments, problems, places, strict=True):
         for name, prior in experiment.priors.items():
-            if name not in problem.names:
-                raise ValueError(
-                    f"`priors` speak of `{name}`, which is not fitted; "
-                    f"{', '.join(problem.names)} are."
-                )
             joint = names[own[problem.names.index(name)]]
             if joint in found:
                 raise ValueError(f"Two experiments have a prior of `{joint}`, which they share.")

@@ -106,11 +106,6 @@ def _of_priors(
     priors: Mapping[str, Normal], names: tuple[str, ...], like: AnyArray
 ) -> Float[AnyArray, "priors parameters"]:
     """The rows of prior knowledge: each is an observation of one parameter."""
-    for name in priors:
-        if name not in names:
-            raise ValueError(
-                f"`priors` speak of `{name}`, which is not fitted; {', '.join(names)} are."
-            )
     xp = namespace(like)
     rows = [
         xp.asarray(np.arange(len(names)) == names.index(name), like.dtype) / known(prior.sigma)

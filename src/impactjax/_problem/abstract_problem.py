@@ -110,6 +110,10 @@ class AbstractProblem(eqx.Module):
         """The problem with rows subtracted from the recording; the residuals grow by them."""
 
     @abc.abstractmethod
+    def share(self, index: int, rows: Float[Array, "observations ..."]) -> Array:
+        """The rows of one recording, such as its residuals, in its SI unit."""
+
+    @abc.abstractmethod
     def misfit(self, residuals: Residuals) -> Scalar:
         """Unexplained share of the recorded motion if the model plainly misses it; else 0."""
 
@@ -149,7 +153,8 @@ class AbstractProblem(eqx.Module):
 
         −Σ ρ(r)/σ² − n log(σ √(2 π)), with the loss ρ(r) = r²/2 for least squares,
 
-        at the maximum-likelihood value of the noise's σ if that is not known. −∞ where a value is
+        at the maximum-likelihood value of the noise's σ if that is not known. For least squares
+        that is, up to a constant, the integral over σ with Jeffreys' prior 1/σ. −∞ where a value is
         out of range or the simulation fails.
         """
         residuals = self.residuals(values)
@@ -158,8 +163,15 @@ class AbstractProblem(eqx.Module):
         variance = self.density_variance(2 * cost / n)
         density = -cost / variance - n * jnp.log(2 * jnp.pi * variance) / 2 - self.log_units
         inside = [allowed.holds(values[i]) for i, allowed in enumerate(self._ranges())]
+        density = density + self.prior_density(values)
         possible = jnp.all(jnp.stack(inside)) & jnp.isfinite(density)
         return jnp.where(possible, density, -jnp.inf)
+
+    def prior_density(self, values: Vector) -> Scalar:
+        """Logarithm of the density of prior knowledge that is not among the residuals, up to a
+        constant.
+        """
+        return jnp.zeros((), values.dtype)
 
     def density_variance(self, most_likely: Scalar) -> Scalar:
         """Variance of a residual in `log_density`: the known one, else the most likely one."""

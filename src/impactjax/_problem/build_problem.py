@@ -4,7 +4,7 @@ import numpy as np
 from jax.core import Tracer
 
 from impactjax._model.initial_state import check_angle
-from impactjax._problem.checks import check_bounds, check_declared, check_requests
+from impactjax._problem.checks import check_bounds, check_declared, check_priors, check_requests
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.loss import Squares
 from impactjax._problem.parameters import handles, replaced
@@ -19,7 +19,8 @@ def build_problem(experiment: Experiment) -> Problem:
     """The residuals of an experiment as a function of the parameters to be fitted.
 
     Use it with a sampler or another optimiser: it has `start`, `residuals` and `log_density`, and
-    `values` and `unbounded` convert between natural values and unbounded coordinates.
+    `values` and `unbounded` convert between natural values and unbounded coordinates. Prior
+    knowledge counts in `log_density`.
 
     **Raises** `ValueError` as `fit` does.
     """
@@ -44,6 +45,7 @@ def pose(experiment: Experiment) -> Problem:
         usual = (usual | {"t0"}) - {"x0", "theta0"}
     wanted = (usual | {*experiment.free}) - {*fixed, *ties}
     names = tuple(name for name in known if name in wanted)
+    check_priors(experiment.priors, names)
     for name, (low, high) in experiment.bounds:
         check_bounds(name, low, high, names, system)
     traced = isinstance(recording.valid, Tracer)
@@ -63,6 +65,7 @@ def pose(experiment: Experiment) -> Problem:
         ties=experiment.ties,
         bounds=experiment.bounds,
         scatter=_scatter(experiment, count, len(names)),
+        priors=experiment.priors,
     )
 
 

@@ -53,6 +53,15 @@ def check_no_priors(experiment: Experiment) -> None:
         )
 
 
+def check_priors(priors: Collection[str], names: Collection[str]) -> None:
+    """Raises `ValueError` for prior knowledge of a parameter that is not fitted."""
+    for name in priors:
+        if name not in names:
+            raise ValueError(
+                f"`priors` speak of `{name}`, which is not fitted; {', '.join(names)} are."
+            )
+
+
 def check_value(name: str, value: ArrayLike, allowed: Range) -> None:
     """Checks that a value is one number, and in range unless it is traced."""
     number = as_parameter(value)

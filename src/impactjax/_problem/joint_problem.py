@@ -167,8 +167,7 @@ class JointProblem(AbstractProblem):
         logs = _stacked([answer.impacts for answer in answers])
         return Answer(xp.concatenate(rows), logs, xp.concatenate(columns))
 
-    def share(self, index: int, rows: Float[Array, "... observations"]) -> Array:
-        """The rows of one recording, such as its residuals, in its SI unit."""
+    def share(self, index: int, rows: Float[Array, "observations ..."]) -> Array:
         return _blocks(rows, self._lengths)[index] * self.sizes[index]
 
 

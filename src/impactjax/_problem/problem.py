@@ -16,6 +16,7 @@ from impactjax._problem.misfit import misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._problem.padding import padded_size
 from impactjax._problem.parameters import Handle, handles, replaced
+from impactjax._problem.prior import Normal
 from impactjax._problem.scatter import AbstractScatter, NoScatter
 from impactjax._record.abstract_recording import AbstractRecording, Residuals, Valid
 from impactjax._sensor.system import System
@@ -34,6 +35,7 @@ class Problem(AbstractProblem):
     - `ties`: parameters that follow from the others, by name.
     - `scatter`: distribution of the speed after each impact.
     - `bounds`: limits of parameters, narrower than their own range, by name.
+    - `priors`: prior knowledge of parameters, by name; it counts in `log_density` only.
     - `direction`: direction in which the logarithms of the factors after the impacts change, one
       number for each impact; `None` if the answer has no derivative along it.
     """
@@ -47,6 +49,7 @@ class Problem(AbstractProblem):
     ties: tuple[tuple[str, Tie], ...] = eqx.field(static=True, default=())
     bounds: tuple[tuple[str, tuple[float, float]], ...] = eqx.field(static=True, default=())
     scatter: AbstractScatter = NoScatter()
+    priors: dict[str, Normal] = eqx.field(default_factory=dict)
     direction: Factors | None = None
 
     def __check_init__(self) -> None:
@@ -75,11 +78,21 @@ class Problem(AbstractProblem):
     def variance(self) -> Scalar | None:
         return self.system.sensor.variance()
 
+    def prior_density(self, values: Vector) -> Scalar:
+        each = [
+            prior.log_density(values[self.names.index(name)]) for name, prior in self.priors.items()
+        ]
+        return sum(each, jnp.zeros((), values.dtype))
+
     def is_classical(self) -> bool:
         return self.variance() is not None and isinstance(self.loss, Squares)
 
     def shifted(self, rows: Residuals) -> "Problem":
         return dataclasses.replace(self, recording=self.recording.shifted(rows))
+
+    def share(self, index: int, rows: Float[Array, "observations ..."]) -> Array:
+        del index
+        return rows
 
     def misfit(self, residuals: Residuals) -> Scalar:
         return misfit(self.recording, residuals)
