@@ -14,7 +14,6 @@ from scipy import signal, stats
 import impactjax as ij
 from estimates import SMALL
 from impactjax._fit.estimate import P
-from impactjax._identify.convergence import diagnosis
 from impactjax._identify.density import Density, density_of
 from impactjax._problem.abstract_problem import Answer
 from tiers import thorough
@@ -236,32 +235,6 @@ def test_posterior_of_a_compliant_contact_agrees_with_its_profile():
         own = estimate[name]
         found = np.quantile(draws_of(tree, name), [0.025, 0.975])
         np.testing.assert_allclose(found, (own.low, own.high), atol=0.15 * (own.high - own.low))
-
-
-def tree_of(draws: np.ndarray, diverging: int = 0):
-    from arviz_base import from_dict
-
-    lost = np.arange(draws.size).reshape(draws.shape) < diverging
-    return from_dict({"posterior": {"gamma": draws}, "sample_stats": {"diverging": lost}})
-
-
-@pytest.mark.parametrize(
-    ("shift", "diverging", "lasting", "sentence"),
-    [
-        (1.0, 0, False, "the chains of gamma have not mixed"),
-        (0.0, 3, False, "3 divergences. Warning: after divergences"),
-        (0.0, 0, True, "autocorrelated over longer times"),
-    ],
-)
-def test_diagnosis_warns(shift, diverging, lasting, sentence):
-    draws = np.random.default_rng(0).standard_normal((4, 500)) + shift * np.arange(4)[:, None]
-    assert sentence in diagnosis(tree_of(draws, diverging), lasting)
-
-
-def test_diagnosis_warns_of_few_and_of_standing_draws():
-    few = np.random.default_rng(0).standard_normal((2, 20))
-    assert "too few for its quantiles" in diagnosis(tree_of(few), lasting=False)
-    assert "have not mixed" in diagnosis(tree_of(np.zeros((2, 20))), lasting=False)
 
 
 @pytest.mark.parametrize(

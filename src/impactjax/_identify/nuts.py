@@ -21,6 +21,9 @@ from impactjax._optimise.linearisation import Vector
 from impactjax._types import Scalar
 
 _TOGETHER = 50  # transitions between two reports of progress
+_ACCEPTED = (
+    0.9  # mean probability of acceptance: more than usual, since the density has steep walls
+)
 
 Progress = Callable[[int, int], None]
 
@@ -125,6 +128,7 @@ def _sampler(
 
     def first(place: Place, key: Key[Array, ""]) -> Any:  # noqa: ANN401
         begun = ParamInfo(place.at, -place.log_density, -place.gradient)
-        return begin(begun, num_warmup=warmup, dense_mass=True, rng_key=key)
+        settings = {"num_warmup": warmup, "dense_mass": True, "target_accept_prob": _ACCEPTED}
+        return begin(begun, rng_key=key, **settings)
 
     return first, transition

@@ -15,6 +15,7 @@ from impactjax._identify.density import Density, density_of
 from impactjax._identify.nuts import Draws, Length, Place, Progress, sampled
 from impactjax._optimise.linearisation import Vector
 from impactjax._problem.loss import Squares
+from impactjax._refusal import check_kind
 
 if TYPE_CHECKING:
     import xarray
@@ -40,8 +41,8 @@ def posterior(
 
         p(v) ∝ exp(−‖r‖²/2σ²) if the sensor's σ is known, else ‖r‖^(−n) with Jeffreys' prior of σ,
 
-    times the prior knowledge of a joint fit. Everything else is flat over the allowed range of v,
-    in its own unit. Correlated residuals count as in the intervals of the estimate: near it, their
+    times the prior knowledge of a joint fit. All other parameters are flat over their ranges, in
+    their own units. Correlated residuals count as in the intervals of the estimate: near it, their
     covariance is that of its noise model, and n observations count as fewer independent ones.
 
     The chains start around the estimate, about 1.5 standard errors from it, in coordinates in which
@@ -52,8 +53,9 @@ def posterior(
 
     **Arguments:**
 
-    - `estimate`: estimate of a single fit, or of several recordings together. Draws do not depend
-      on it beyond chance, but for the correlation of its residuals.
+    - `estimate`: estimate of a single fit, or of several recordings together. Beyond chance, draws
+      depend on it only through the correlation of its residuals. `of_experiment(...)` gives the
+      posterior of one recording alone.
     - `draws`: number of draws from each chain.
     - `chains`: number of chains, at least 2.
     - `warmup`: number of transitions before, which adapt the step size and the mass matrix.
@@ -74,7 +76,7 @@ def posterior(
     """
     _check_installed()
     _check_counts(draws, chains, warmup)
-    check_estimate(estimate)
+    _check_estimate(estimate)
     for_starts, for_chains = jax.random.split(jax.random.key(seed))
     keys = jax.random.split(for_chains, chains)
     with jax.numpy_dtype_promotion("standard"):  # as NumPyro needs it
@@ -84,8 +86,9 @@ def posterior(
         return _tree(estimate, density, found)
 
 
-def check_estimate(estimate: Estimate[P]) -> None:
+def _check_estimate(estimate: Estimate[P]) -> None:
     """Raises `ValueError` for an estimate without a posterior density."""
+    check_kind("estimate", estimate, Estimate, "fit(experiment)")
     estimate.check_single()
     if not bool(estimate.usable):
         raise ValueError(f"This estimate has no posterior: {estimate.cause}.")

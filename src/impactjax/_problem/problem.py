@@ -99,8 +99,9 @@ class Problem(AbstractProblem):
 
     def padded(self) -> "Problem":
         recording = self.recording.padded(padded_size(self.valid.shape[-1]))
-        # Scatter changes nothing that is simulated: fits with and without it share their programs.
-        longer = dataclasses.replace(self, recording=recording, scatter=NoScatter())
+        # Neither scatter nor prior knowledge changes what is simulated: fits with and without them
+        # share their programs.
+        longer = dataclasses.replace(self, recording=recording, scatter=NoScatter(), priors={})
         none = jnp.zeros(longer.impacts, self.start.dtype)
         return longer.scattered(none) if self.has_stop else longer
 
