@@ -219,6 +219,19 @@ def test_posterior_of_coupled_parameters_is_the_ridge():
 
 
 @thorough
+def test_draws_of_a_joint_estimate_with_prior_knowledge():
+    """The level of a line, against the integral over its slope on a grid."""
+    known = ij.Normal(0.4, 0.02)
+    estimate = ij.fit_together([line(errors(), priors={"x0": known})])
+    level, slope = np.meshgrid(np.linspace(0.2, 0.6, 1001), np.linspace(-1, 3, 801), indexing="ij")
+    left = sum((level + slope * t - x) ** 2 for t, x in zip(TS, recorded(1), strict=True))
+    density = np.exp(stats.norm.logpdf(level, 0.4, 0.02)) * left ** (-len(TS) / 2)
+    below = np.cumsum(np.sum(density, axis=1)) / np.sum(density)
+    found = draws_of(ij.posterior(estimate, DRAWS, warmup=200), "x0")
+    check_quantiles(found, np.interp(LEVELS, below, level[:, 0]))
+
+
+@thorough
 def test_posterior_of_a_compliant_contact_agrees_with_its_profile():
     pendulum = ij.Pendulum(13.0, 0.02, length=0.071)
     model = ij.ImpactOscillator(pendulum, ij.Stop(ij.KelvinVoigt(600.0, 0.2)))
