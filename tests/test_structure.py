@@ -18,6 +18,7 @@ FILES = sorted(SOURCE.rglob("*.py"))
 ORDER = [
     "_model",
     "_optimise",
+    "_study",
     "_simulate",
     "_analytic",
     "_first_look",

@@ -157,6 +157,18 @@ from impactjax._simulate.taylor import NotAnalytic as NotAnalytic
 from impactjax._simulate.taylor_step import TaylorStep as TaylorStep
 from impactjax._simulate.trajectory import Stats as Stats
 from impactjax._simulate.trajectory import Trajectory as Trajectory
+from impactjax._study.design import AbstractDesign as AbstractDesign
+from impactjax._study.grid import Grid as Grid
+from impactjax._study.progress import Progress as Progress
+from impactjax._study.ranges import LogUniform as LogUniform
+from impactjax._study.saltelli import Saltelli as Saltelli
+from impactjax._study.samples import LatinHypercube as LatinHypercube
+from impactjax._study.samples import SobolSequence as SobolSequence
+from impactjax._study.sobol_indices import SobolIndices as SobolIndices
+from impactjax._study.sobol_indices import sobol_indices as sobol_indices
+from impactjax._study.study import study as study
+from impactjax._study.study_error import StudyError as StudyError
+from impactjax._study.study_result import Study as Study
 
 if typing.TYPE_CHECKING:
     __version__: str
