@@ -56,6 +56,9 @@ cases = {
     "criterion name": lambda: ij.DOptimal("k"),
     "falling bounds": lambda: bounded((0.3, 0.1)),
     "bounds elsewhere": lambda: bounded((0.3, 0.4)),
+    "study function": lambda: ij.study(3.0, ij.Grid(x=[1.0]), "nowhere"),
+    "study design": lambda: ij.study(lambda x: x, {"x": [1.0]}, "nowhere"),
+    "sobol indices": lambda: ij.sobol_indices({"y": 1.0}, "y"),
     "bounds out of range": lambda: bounded((-0.3, 0.4)),
 }
 found = {}
@@ -98,6 +101,9 @@ SENTENCES = {
     "criterion name": "TypeError: Argument `names` must be a list of names: ['k'].",
     "falling bounds": "ValueError: The bounds of `gamma` must rise, but they are 0.3 and 0.1.",
     "bounds elsewhere": "ValueError: `gamma` starts at 0.2, outside its bounds 0.3 and 0.4.",
+    "study function": "TypeError: Argument `function` must be a function, but it is 3.0.",
+    "study design": "TypeError: Argument `design` must be a Design, such as `Grid(gamma=[0.1, 0.2",
+    "sobol indices": "TypeError: Argument `study` must be a Study, such as `study(function, Salt",
     "bounds out of range": "ValueError: The bounds of `gamma`, -0.3 and 0.4, must lie within ",
 }
 

@@ -15,6 +15,16 @@ if TYPE_CHECKING:
 _AHEAD = 2  # chunks for each thread that computes: one at work, one waiting
 
 
+def check_client(client: object) -> None:
+    """Raises `TypeError` for an object that is no client of a cluster which waits for results."""
+    kind = needed("distributed").Client
+    if not isinstance(client, kind) or client.asynchronous:
+        raise TypeError(
+            "Argument `client` must be a `distributed.Client` that is not asynchronous, but it is "
+            f"{client!r}."
+        )
+
+
 def evaluated_by(
     client: "distributed.Client",
     program: Program,

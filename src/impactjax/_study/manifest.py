@@ -99,16 +99,17 @@ def check_same(path: Path, old: Manifest, new: Manifest) -> None:
             )
 
 
-_DIFFERENCES = {
+_DIFFERENCES = {  # the first one is said, so that causes come before effects
+    "precision": "in another precision ({})",
+    "made with": "made with other versions ({})",
     "function": "of another function",
     "design": "of another design",
     "order": "whose lanes are in another order, by another `cost`",
     "chunk": "in other chunks ({})",
-    "precision": "in another precision ({})",
     "units": "with other units ({})",
     "results": "with other results",
-    "made with": "made with other versions ({})",
 }
+_SHOWN = 12  # characters of a digest
 
 
 def _digest(content: bytes) -> str:
@@ -126,7 +127,8 @@ def _changes(before: object, now: object) -> str:
     if not (isinstance(before, dict) and isinstance(now, dict)):
         return f"{before}, now {now}"
     names = [name for name in now | before if before.get(name) != now.get(name)]
-    return "; ".join(f"{name} {before.get(name)}, now {now.get(name)}" for name in names)
+    each = [(name, str(before.get(name)), str(now.get(name))) for name in names]
+    return "; ".join(f"{name} {old[:_SHOWN]}, now {new[:_SHOWN]}" for name, old, new in each)
 
 
 def _source(function: LaneFunction) -> str | None:

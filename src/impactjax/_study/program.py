@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import export
-from jaxtyping import Array, ArrayLike, Float, PyTree, Shaped
+from jaxtyping import Array, Float, PyTree, Shaped
 
 from impactjax._results import RESULTS
 from impactjax._study.design import LANE, AbstractDesign, Points
@@ -148,7 +148,7 @@ def _name(path: tuple[Any, ...]) -> str:
     return jax.tree_util.keystr(path, simple=True, separator=".") or _ALONE
 
 
-def _as_array(name: str, leaf: ArrayLike | RESULTS) -> Array:
+def _as_array(name: str, leaf: PyTree) -> Array:
     if _is_code(leaf):
         (leaf,) = jax.tree.leaves(leaf)
     if not eqx.is_array_like(leaf):

@@ -9,6 +9,8 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 
+from impactjax._study.design import Points
+
 Quantiles: TypeAlias = Float[np.ndarray, " lanes"]
 
 
@@ -86,6 +88,6 @@ def _as_range(name: str, given: object) -> AbstractRange:
     )
 
 
-def scaled(ranges: Ranges, cube: Float[np.ndarray, "lanes parameters"]) -> Quantiles:
+def scaled(ranges: Ranges, cube: Points) -> Points:
     """Points of the unit cube, as values of the parameters."""
     return np.stack([each.quantiles(cube[:, i]) for i, each in enumerate(ranges.values())], axis=1)

@@ -12,7 +12,7 @@ from jaxtyping import ArrayLike
 
 from impactjax._refusal import check_kind
 from impactjax._study.chunks import Chunks, by_cost, record_type
-from impactjax._study.cluster import evaluated_by
+from impactjax._study.cluster import check_client, evaluated_by
 from impactjax._study.design import AbstractDesign, checked_points
 from impactjax._study.folder import MANIFEST, Folder, alone, folder_of, write
 from impactjax._study.manifest import as_text, check_same, manifest_of, read_manifest
@@ -69,6 +69,8 @@ def study(
     needs, and `TypeError` or `ValueError` for arguments of another kind.
     """
     check_kind("design", design, AbstractDesign, "Grid(gamma=[0.1, 0.2])")
+    if client is not None:
+        check_client(client)
     block = -(-as_count(chunk, "chunk") // _BLOCKS)
     points = checked_points(design).astype(jnp.result_type(float))
     found = traced(function, design, block)
