@@ -22,11 +22,11 @@ def rebound(gamma, speed):
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """A study in chunks of 8 lanes, of which the last has 3, and its folder."""
+    """A study in chunks of 12 lanes, of which the last has 11, and its folder."""
     folder = tmp_path_factory.mktemp("study") / "new" / "folder"
     said = []
     units = {"gamma": "1", "speed": "m/s", "rebound": "m/s"}
-    found = ij.study(rebound, GRID, folder, chunk=8, units=units, progress=said.append)
+    found = ij.study(rebound, GRID, folder, chunk=12, units=units, progress=said.append)
     return found, folder, said
 
 
@@ -49,18 +49,18 @@ def test_results_are_those_of_the_function(done):
 
 def test_chunk_is_a_numpy_file(done):
     found, folder, _ = done
-    records = np.load(folder / "chunk-000004.npy")
-    np.testing.assert_array_equal(records["lane"], [32, 33, 34])
-    np.testing.assert_array_equal(records["rebound"], found["rebound"].reshape(35, 3)[32:])
+    records = np.load(folder / "chunk-000002.npy")
+    np.testing.assert_array_equal(records["lane"], np.arange(24, 35))
+    np.testing.assert_array_equal(records["rebound"], found["rebound"].reshape(35, 3)[24:])
     assert sorted(path.name for path in folder.iterdir()) == [
-        *(f"chunk-{number:06d}.npy" for number in range(5)),
+        *(f"chunk-{number:06d}.npy" for number in range(3)),
         "study.json",
     ]
 
 
 def test_progress_tells_rate_and_time_left(done):
     said = done[2]
-    assert [each.done for each in said] == [0, 8, 16, 24, 32, 35]
+    assert [each.done for each in said] == [0, 12, 24, 35]
     assert str(said[0]) == "0 of 35 lanes"
     assert said[-1].left == 0
     assert str(ij.Progress(100_000, 10_000, 500.0)) == (
@@ -73,7 +73,7 @@ def test_finished_study_is_not_computed_again(done):
     before = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
     units = {"gamma": "1", "speed": "m/s", "rebound": "m/s"}
     said = []
-    again = ij.study(rebound, GRID, folder, chunk=8, units=units, progress=said.append)
+    again = ij.study(rebound, GRID, folder, chunk=12, units=units, progress=said.append)
     assert [each.done for each in said] == [35]
     assert {path: path.stat().st_mtime_ns for path in folder.iterdir()} == before
     np.testing.assert_array_equal(again["rebound"], found["rebound"])
