@@ -22,6 +22,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -83,13 +84,10 @@ def on_cluster(design, folder, told, tell):
     """The study on two processes, one of which is killed after a third of the lanes."""
     from distributed import Client, LocalCluster
 
-    with (
-        LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        workers = [*client.run(os.getpid).values()]
+    options: Any = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(**options, silence_logs=50) as cluster, Client(cluster) as client:
+        processes: Any = client.run(os.getpid)
+        workers = [*processes.values()]
 
         def kill(now: ij.Progress) -> None:
             tell(now)

@@ -22,6 +22,8 @@ SLOW = (
         "other-libraries.md",
     ),
     *("several-recordings.md", "your-own.md"),
+    *("engine.md", "fitting.md", "how-do-i.md", "multiple-scales.md", "other-libraries.md"),
+    *("several-recordings.md", "studies.md", "your-own.md"),
 )
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")

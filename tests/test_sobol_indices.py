@@ -44,6 +44,8 @@ def test_indices_of_ishigami_are_those_of_the_closed_form(tmp_path):
     assert (found.used, found.left_out, found.failed) == (1024, 0, 0)
     np.testing.assert_allclose(found.first, FIRST, atol=0.02)
     np.testing.assert_allclose(found.total, TOTAL, atol=0.02)
+    assert found.second is not None
+    assert found.second_error is not None
     second = np.zeros((3, 3))
     second[0, 2] = second[2, 0] = PARTS["xz"] / VARIANCE
     off = ~np.eye(3, dtype=bool)

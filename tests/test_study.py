@@ -161,7 +161,7 @@ def test_single_precision_is_kept(tmp_path):
     with jax.enable_x64(False):
         found = ij.study(lambda x: x / 3, ij.Grid(x=[1.0, 2.0]), tmp_path)
     assert found["value"].dtype == np.float32
-    np.testing.assert_array_equal(found["value"], np.float32([1, 2]) / np.float32(3))
+    np.testing.assert_array_equal(found["value"], np.array([1, 2], np.float32) / np.float32(3))
 
 
 def test_designs_of_ones_own_are_used(tmp_path):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _AHEAD = 2  # chunks for each thread that computes: one at work, one waiting
 
 
-def check_client(client: object) -> None:
+def check_client(client: "distributed.Client") -> None:
     """Raises `TypeError` for an object that is no client of a cluster which waits for results."""
     kind = needed("distributed").Client
     if not isinstance(client, kind) or client.asynchronous:
