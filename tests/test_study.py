@@ -164,8 +164,16 @@ def test_single_precision_is_kept(tmp_path):
     np.testing.assert_array_equal(found["value"], np.array([1, 2], np.float32) / np.float32(3))
 
 
+def test_greek_names_are_kept(tmp_path):
+    found = ij.study(lambda γ: {"λ": 2 * γ}, ij.Grid(γ=[0.1, 0.2]), tmp_path)
+    np.testing.assert_array_equal(found["λ"], [0.2, 0.4])
+    assert np.load(tmp_path / "chunk-000000.npy").dtype.names == ("lane", "γ", "λ")
+
+
 def test_designs_of_ones_own_are_used(tmp_path):
     class Corners(ij.AbstractDesign):
+        weights: np.ndarray
+
         @property
         def names(self):
             return ("x", "y")
@@ -177,6 +185,7 @@ def test_designs_of_ones_own_are_used(tmp_path):
         def points(self):
             return np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
-    found = ij.study(lambda x, y: x - y, Corners(), tmp_path)
+    found = ij.study(lambda x, y: x - y, Corners(np.eye(3)), tmp_path)
     np.testing.assert_array_equal(found["value"], [0.0, 1.0, -1.0])
     assert found.to_xarray()["value"].dims == ("corner",)
+    assert found.manifest["design"]["weights"] == "float64 of shape (3, 3)"

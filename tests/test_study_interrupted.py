@@ -148,7 +148,7 @@ def test_several_devices_write_the_same_bytes(undisturbed, tmp_path):
 
 @pytest.mark.parametrize("workers", mostly_thorough(["threads", "processes"], "threads"))
 def test_cluster_writes_the_same_bytes(workers, undisturbed, tmp_path):
-    """Of two processes one is killed on the way."""
+    """One of the two processes is killed on the way."""
     assert output(CLUSTER, tmp_path / "store", workers) == "()\n"
     assert content(tmp_path / "store") == undisturbed
 

@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from impactjax._study.design import Points
@@ -34,14 +35,14 @@ def evaluated_by(
     """Numbers of chunks with their results, in the order in which workers finish them.
 
     A chunk whose worker dies is given to another. **Raises** `StudyError` if several die with the
-    same chunk.
+    same chunk, or if a worker has another version of JAX.
     """
     distributed = needed("distributed")
     waiting = iter(chunks)
 
     def submitted(count: int) -> "list[distributed.Future[Any]]":
         return [
-            client.submit(_numbered, number, program, points(number), pure=False)
+            client.submit(_numbered, number, program, points(number), _versions(), pure=False)
             for number in itertools.islice(waiting, count)
         ]
 
@@ -58,8 +59,19 @@ def evaluated_by(
         running.clear()
 
 
-def _numbered(number: int, program: Program, points: Points) -> tuple[int, Results]:
+def _numbered(
+    number: int, program: Program, points: Points, versions: tuple[str, str]
+) -> tuple[int, Results]:
+    if versions != _versions():
+        raise StudyError(
+            f"A worker has other versions of JAX and jaxlib ({_versions()}) than the process that "
+            f"asks ({versions}); install the same ones."
+        )
     return number, evaluated(program, points)
+
+
+def _versions() -> tuple[str, str]:
+    return version("jax"), version("jaxlib")
 
 
 def _result(killed: type[Exception], future: "distributed.Future[Any]") -> tuple[int, Results]:

@@ -19,12 +19,11 @@ from jaxtyping import Shaped
 
 from impactjax._study.study_error import StudyError
 
-Records: TypeAlias = Shaped[
-    np.ndarray, " lanes"
-]  # structured: a field for each parameter and result
+Records: TypeAlias = Shaped[np.ndarray, " lanes"]  # a field for each parameter and result
 
 MANIFEST = "study.json"
 _DRAFT = ".partial"  # suffix of files that are being written
+_NPY_VERSION = (3, 0)  # names in UTF-8
 _DIGEST = hashlib.sha256().digest_size
 
 
@@ -52,7 +51,7 @@ class Folder(NamedTuple):
     def write(self, number: int, records: Records) -> None:
         """Writes a chunk, or raises `StudyError` without a trace of it."""
         buffer = io.BytesIO()
-        np.save(buffer, records, allow_pickle=False)
+        np.lib.format.write_array(buffer, records, _NPY_VERSION, allow_pickle=False)
         body = buffer.getvalue()
         write(self.chunk(number), body + self._seal(number, body))
 
@@ -108,10 +107,7 @@ def alone(path: Path) -> Iterator[None]:
     handle = _opened(path)
     try:
         _lock(path, handle)
-        for draft in path.glob(f"*{_DRAFT}"):
-            draft.unlink()
-        if not (path / MANIFEST).exists() and any(path.iterdir()):
-            raise StudyError(f"{path} has files but no {MANIFEST}; name a new folder for a study.")
+        _clear(path)
         yield
     finally:
         if handle is not None:
@@ -142,6 +138,20 @@ def _lock(path: Path, handle: int | None) -> None:
         ) from error
     except OSError:  # a file system without locks
         return
+
+
+def _clear(path: Path) -> None:
+    """Deletes drafts that a killed process has left."""
+    try:
+        for draft in path.glob(f"*{_DRAFT}"):
+            draft.unlink()
+        strange = not (path / MANIFEST).exists() and any(path.iterdir())
+    except OSError as error:
+        raise StudyError(
+            f"{path} cannot be used ({error.strerror}); permit it, or name another folder."
+        ) from error
+    if strange:
+        raise StudyError(f"{path} has files but no {MANIFEST}; name a new folder for a study.")
 
 
 def _flush_names(folder: Path) -> None:

@@ -11,9 +11,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import equinox as eqx
 import jax
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Int, Shaped
 
 from impactjax._study.design import AbstractDesign, Points, digest_of
 from impactjax._study.folder import MANIFEST, read
@@ -50,7 +51,7 @@ def manifest_of(
             "kind": type(design).__name__,
             **{each.name: _told(getattr(design, each.name)) for each in dataclasses.fields(design)},
             "names": [*design.names],
-            "dimensions": dict(design.dimensions),
+            "dimensions": {name: int(size) for name, size in design.dimensions.items()},
             "digest": digest_of(design, points),
         },
         "order": None if order is None else _digest(order.astype("<i8").tobytes()),
@@ -92,7 +93,7 @@ def check_same(path: Path, old: Manifest, new: Manifest) -> None:
     """Raises `StudyError` if a folder holds another study than the one that is asked for."""
     for part, said in _DIFFERENCES.items():
         before, now = _essence(old.get(part)), _essence(new[part])
-        if before != now:
+        if json.dumps(before) != json.dumps(now):
             raise StudyError(
                 f"{path} holds a study {said.format(_changes(before, now))}; name another folder, "
                 "or delete that one."
@@ -143,12 +144,14 @@ def _told(value: object) -> object:
     """A field of a design as JSON."""
     if isinstance(value, Mapping):
         return {name: _told(each) for name, each in value.items()}
-    if isinstance(value, np.ndarray):
-        return _range(value)
+    if eqx.is_array(value):
+        return _told_array(np.asarray(value))
     return value if isinstance(value, bool | int | float | str) else repr(value)
 
 
-def _range(values: Float[np.ndarray, " values"]) -> str:
+def _told_array(values: Shaped[np.ndarray, "..."]) -> str:
+    if values.ndim != 1 or not values.size or values.dtype.kind != "f":
+        return f"{values.dtype} of shape {values.shape}"
     return f"{values.size} values from {values.min():.17g} to {values.max():.17g}"
 
 

@@ -18,7 +18,7 @@ from impactjax._study.folder import MANIFEST, Folder, alone, folder_of, write
 from impactjax._study.manifest import as_text, check_same, manifest_of, read_manifest
 from impactjax._study.program import LaneFunction, Program, Results, evaluated, traced
 from impactjax._study.progress import Progress
-from impactjax._study.study_result import Study, read_study
+from impactjax._study.study_result import Study, study_in
 from impactjax._study.whole import as_count
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ def study(
     check_kind("design", design, AbstractDesign, "Grid(gamma=[0.1, 0.2])")
     if client is not None:
         check_client(client)
-    block = -(-as_count(chunk, "chunk") // _BLOCKS)
     points = checked_points(design).astype(jnp.result_type(float))
+    block = -(-min(as_count(chunk, "chunk"), len(points)) // _BLOCKS)
     found = traced(function, design, block)
     _check_units(units or {}, [*design.names, *(each.name for each in found.variables)])
     order = None if cost is None else by_cost(cost, design.names, points)
@@ -85,7 +85,7 @@ def study(
             write(path / MANIFEST, as_text(asked))
         check_same(path, read_manifest(path), asked)
         notes = _complete(folder_of(path), chunks, found.program, client, progress or _silent)
-    return read_study(path, notes)
+    return study_in(path, notes)
 
 
 def _complete(

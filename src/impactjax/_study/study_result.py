@@ -91,17 +91,20 @@ class Study:
         return np.any([x.any(axis=tuple(range(axes, x.ndim))) for x in each], axis=0)
 
 
-def read_study(folder: str | Path, notes: tuple[str, ...] = ()) -> Study:
+def read_study(folder: str | Path) -> Study:
     """The study in a folder, whose files are checked against their digests.
 
     **Arguments:**
 
     - `folder`: the `store` of a finished study.
-    - `notes`: sentences to keep with it.
 
     **Raises** `StudyError` if a file is missing, damaged or of another study.
     """
-    path = Path(folder)
+    return study_in(Path(folder), ())
+
+
+def study_in(path: Path, notes: tuple[str, ...]) -> Study:
+    """The study in a folder, with notes. Raises `StudyError`."""
     manifest = read_manifest(path)
     fields = record_type(manifest)
     dimensions = manifest["design"]["dimensions"]
