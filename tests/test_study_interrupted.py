@@ -129,7 +129,7 @@ def test_study_killed_at_any_moment_loses_one_chunk_and_no_byte(undisturbed, tmp
     assert content(tmp_path / "store") == undisturbed
 
 
-@pytest.mark.parametrize("limit", [100, 2000], ids=["of the manifest", "of a chunk"])
+@pytest.mark.parametrize("limit", mostly_thorough([100, 2000], 2000))
 def test_full_disk_is_said_and_leaves_no_part_of_a_file(limit, undisturbed, tmp_path):
     """A limit on the size of a file fails in the middle of writing, as a full disk does."""
     error, files = json.loads(output(FULL, tmp_path / "store", limit))

@@ -24,7 +24,7 @@ class SobolIndices(NamedTuple):
     - `second`: second-order indices of pairs, the share that a pair causes beyond both alone, with
       NaN on the diagonal; `None` if the design is not for them [1].
     - `first_error`, `total_error`, `second_error`: half-widths of 95 % intervals, by bootstrap
-      over the blocks [1].
+      over the blocks [1]. They are rather too wide, since the points are more even than random.
     - `used`: number of blocks that were used.
     - `left_out`: number of blocks that were left out because a lane of them failed.
     - `failed`: number of lanes that failed.
