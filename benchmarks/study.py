@@ -141,14 +141,14 @@ def killed(folder: Path, lanes: int, kills: int, seconds: float) -> str:
         process = started(folder, lanes, "plain")
         while process.poll() is None and chunks(folder) == before:
             time.sleep(0.002)
-        time.sleep(draw.uniform(0.0, 1.6 * seconds / kills))
+        time.sleep(draw.uniform(0.0, 1.2 * seconds / kills))
         if number % 2:
             wait_for_a_draft(folder, process)
         done += process.poll() is None
         process.kill()
         kept = said(process).get("kept", 0)
         writing += bool([*folder.glob("*.partial")])
-        most = max(most, before - int(str(kept)) // CHUNK)
+        most = max(most, before + int(str(kept)) // -CHUNK)
     said(started(folder, lanes, "plain"))
     return f"{done} kills ({writing} while writing), {most} finished chunks lost"
 

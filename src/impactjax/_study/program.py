@@ -84,7 +84,7 @@ def traced(function: LaneFunction, design: AbstractDesign, block: int) -> Traced
     except NotImplementedError as error:
         raise ValueError(
             f"Argument `function` cannot be written down as a program ({error}); leave out calls "
-            "back into Python."
+            "back into Python, such as prints and checks that raise errors."
         ) from error
     variables = tuple(
         Variable(name, np.dtype(out.dtype), out.shape[1:], codes)
