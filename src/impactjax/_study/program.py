@@ -8,6 +8,7 @@ of lanes: sharding a longer batch by the compiler changes the last digits of res
 import functools
 import inspect
 import itertools
+import re
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple, TypeAlias
@@ -25,6 +26,7 @@ from impactjax._study.design import LANE, AbstractDesign, Points
 LaneFunction: TypeAlias = Callable[..., PyTree]
 Results: TypeAlias = list[Shaped[np.ndarray, "..."]]
 
+_PLACE = re.compile(r' loc\((?:#loc\d*|unknown|"[^"]*"(?:\(#loc\d*\))?)\)')
 _ALONE = "value"  # name of a result that is a single array
 
 
@@ -92,7 +94,13 @@ def traced(function: LaneFunction, design: AbstractDesign, block: int) -> Traced
     )
     _check_variables(variables, [*names, *design.dimensions, LANE])
     double = shape.dtype == np.float64
-    return Traced(Program(serialised, double, block), lanes.lower(shape).as_text(), variables)
+    return Traced(Program(serialised, double, block), _text(exported), variables)
+
+
+def _text(exported: export.Exported) -> str:
+    """The text of a program with all its constants, without places in source files."""
+    lines = exported.mlir_module().splitlines()
+    return _PLACE.sub("", "\n".join(line for line in lines if not line.startswith("#loc")))
 
 
 def check_signature(name: str, function: LaneFunction, names: Sequence[str]) -> None:
