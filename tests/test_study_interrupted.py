@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from tiers import mostly_thorough
+from tiers import mostly_thorough, thorough
 
 SETUP = """
 import json, os, random, resource, signal, sys, time
@@ -94,6 +94,19 @@ print(found.notes)
 """
 
 
+CONSTANTS = """
+def scaled(first):
+    factors = jnp.arange(first, first + 50.0)
+    return lambda x, y: factors * x + y
+
+ij.study(scaled(0.0), design, folder)
+try:
+    ij.study(scaled(1.0), design, folder)
+except ij.StudyError as error:
+    print(error)
+"""
+
+
 def output(program, *arguments, **environment):
     done = subprocess.run(
         [sys.executable, "-c", SETUP + program, *map(str, arguments)],
@@ -151,6 +164,13 @@ def test_cluster_writes_the_same_bytes(workers, undisturbed, tmp_path):
     """One of the two processes is killed on the way."""
     assert output(CLUSTER, tmp_path / "store", workers) == "()\n"
     assert content(tmp_path / "store") == undisturbed
+
+
+@thorough
+def test_constants_of_a_function_count_where_jax_hoists_them(tmp_path):
+    """Later versions of JAX may keep what a function closes over outside its program."""
+    printed = output(CONSTANTS, tmp_path / "store", JAX_USE_SIMPLIFIED_JAXPR_CONSTANTS="1")
+    assert "holds a study of another function" in printed
 
 
 def test_simulations_are_lanes(tmp_path):

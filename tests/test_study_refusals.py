@@ -142,21 +142,6 @@ def test_other_study_refuses_the_folder(other, words, store, undisturbed):
     assert content(store) == content(undisturbed[0])
 
 
-def test_constants_count_wherever_jax_keeps_them(tmp_path):
-    """JAX may hoist the arrays that a function closes over out of its program."""
-    name = "jax_use_simplified_jaxpr_constants"
-    if name not in jax.config.values:
-        pytest.skip("This version of JAX has one way only.")
-    before = jax.config.values[name]
-    jax.config.update(name, not before)
-    try:
-        ij.study(times(np.arange(50.0)), DESIGN, tmp_path)
-        with pytest.raises(ij.StudyError, match="of another function"):
-            ij.study(times(np.arange(50.0) + 1), DESIGN, tmp_path)
-    finally:
-        jax.config.update(name, before)
-
-
 def test_other_version_refuses_the_folder(store):
     path = store / "study.json"
     path.write_text(path.read_text().replace(f'"jax": "{jax.__version__}"', '"jax": "0.1.2"'))
