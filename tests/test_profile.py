@@ -22,12 +22,18 @@ def failing_beyond(distance, name="x_dot0", side=1):
     at = found.names.index(name)
     centre, error = float(found.values[at]), float(found.standard_errors[at])
 
+    def failed(searches, model):
+        held = ~searches.active[:, at]
+        far = held & (side * (searches.starts[:, at] - centre) > distance * error)
+        return model._replace(cost=np.where(far, np.inf, model.cost))
+
     class Failing(Search):
+        def linearised(self, problem, searches):
+            return failed(searches, Search().linearised(problem, searches))
+
         def minima(self, problem, optimiser, searches):
             found = Search().minima(problem, optimiser, searches)
-            held = ~searches.active[:, at]
-            far = held & (side * (searches.starts[:, at] - centre) > distance * error)
-            return found._replace(cost=np.where(far, np.inf, found.cost))
+            return found._replace(model=failed(searches, found.model))
 
     return profiled_by(Failing(), found), at
 

@@ -1,14 +1,16 @@
 """Evaluation of a point: the only compiled program of searches outside `jit`."""
 
+import os
 from collections.abc import Callable
-from typing import NamedTuple, TypeAlias
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float
 
-from impactjax._known import AnyArray, known
+from impactjax._known import AnyArray, is_known, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
@@ -16,6 +18,7 @@ from impactjax._types import Flag
 
 Lanes = Float[AnyArray, "lanes parameters"]
 Parts = Bool[AnyArray, "parts observations"]
+T = TypeVar("T")
 
 
 class Evaluated(NamedTuple):
@@ -67,3 +70,12 @@ def evaluate_each(problem: AbstractProblem, u: Vector, parts: Parts, logged: Fla
 @eqx.filter_jit
 def _models(problem: AbstractProblem, u: Vector, answer: Answer, parts: Parts) -> Linearisation:
     return jax.vmap(lambda part: problem.around(u, answer, part))(parts)
+def side_by_side(function: Callable[[Vector], T], places: Lanes) -> list[T]:
+    """The results of a function at some places, by as many threads as there are processors.
+    The first result comes alone: it may have to be compiled, or be traced.
+    """
+    first = [function(place) for place in places[:1]]
+    if len(places) < 3 or not is_known(first):
+        return first + [function(place) for place in places[1:]]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return first + list(pool.map(function, places[1:]))

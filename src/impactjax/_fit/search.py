@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
-from impactjax._fit.evaluation import Evaluate, Evaluated, Lanes, Parts, evaluate
+from impactjax._fit.evaluation import Evaluate, Evaluated, Lanes, Parts, evaluate, side_by_side
 from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._optimise.lane_queue import Iteration, in_turn
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
@@ -64,6 +64,18 @@ class Search:
                 return found
         return _traced(problem, optimiser, searches)
 
+    def linearised(self, problem: AbstractProblem, searches: Searches) -> Linearisation:
+        """The linear model of all observations around each start."""
+        no, parts = jnp.zeros((), bool), jnp.asarray(searches.parts)
+
+        def at(place: Vector) -> Linearisation:
+            found = self.evaluate(problem, jnp.asarray(place), parts, no)
+            models = known(jax.block_until_ready(found).models)
+            return jax.tree.map(lambda x: x[-1], models)
+
+        found = side_by_side(at, searches.starts)
+        return jax.tree.map(lambda *each: np.stack(each), *found)
+
     def best_of(self, problem: AbstractProblem, minima: Minimum, parts: Parts) -> Minimum:
         """The lowest of several minima, with its impact log."""
         best = lowest(minima)
@@ -98,16 +110,17 @@ def _known(
         nothing: Point = Point(start, None, infinite)
         return Minimiser(optimiser, objective, _bounds(problem, start, active), nothing)
 
+    def at(place: Vector) -> Evaluated:
+        return known(jax.block_until_ready(evaluate(problem, jnp.asarray(place), parts, no)))
+
     no, answers = jnp.zeros((), bool), []
     with np.errstate(all="ignore"):
         each = [minimiser(*lane) for lane in zip(starts, searches.active, strict=True)]
         states = [own.init(start) for own, start in zip(each, starts, strict=True)]
         while going := [i for i, state in enumerate(states) if not state.done]:
-            # Dispatch all evaluations before waiting for the first.
-            answers = [evaluate(problem, jnp.asarray(states[i].trial), parts, no) for i in going]
+            answers = side_by_side(at, np.stack([states[i].trial for i in going]))
             if not is_known(answers):
                 return None
-            answers = known(answers)
             for i, answer in zip(going, answers, strict=True):
                 states[i] = each[i].step(states[i], answer)
     return _stacked([state.minimum for state in states], answers[0])

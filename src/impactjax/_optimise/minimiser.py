@@ -76,9 +76,14 @@ class Minimum(NamedTuple):
 
     u: Each
     answer: PyTree
-    cost: PerSearch
+    model: Linearisation  # of all observations around `u`
     outcome: Counts  # an `Outcome` number
     iterations: Counts
+
+    @property
+    def cost(self) -> PerSearch:
+        """The cost, half the sum of squares; infinite without a finite evaluation."""
+        return self.model.cost
 
     @property
     def converged(self) -> Flags:
@@ -126,7 +131,7 @@ class State(NamedTuple):
     def minimum(self) -> Minimum:
         """The result of a search that is done."""
         best = self.best
-        return Minimum(best.u, best.answer, best.model.cost, self.outcome, self.iterations)
+        return Minimum(best.u, best.answer, best.model, self.outcome, self.iterations)
 
     @property
     def outcome(self) -> Count:
