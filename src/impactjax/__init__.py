@@ -72,9 +72,14 @@ from impactjax._identify.information import Information as Information
 from impactjax._identify.information_in import information_in as information_in
 from impactjax._identify.joint_information import joint_information as joint_information
 from impactjax._identify.posterior import posterior as posterior
+from impactjax._identify.profile_curve import Profile as Profile
+from impactjax._identify.profile_shape import ProfileShape as ProfileShape
+from impactjax._identify.profiles import profiles as profiles
 from impactjax._identify.residual_diagnostics import ResidualDiagnostics as ResidualDiagnostics
 from impactjax._identify.residual_diagnostics import residual_diagnostics as residual_diagnostics
 from impactjax._identify.restitution_band import restitution_band as restitution_band
+from impactjax._identify.ridge import Ridge as Ridge
+from impactjax._identify.ridge import ridge as ridge
 from impactjax._identify.structure import Structure as Structure
 from impactjax._identify.structure import Told as Told
 from impactjax._identify.structure import structure as structure

@@ -9,13 +9,16 @@ from jaxtyping import Bool, Float
 
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.search import Search, Searches
+from impactjax._optimise.coordinates import limits, to_value
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.linearisation import Linearisation
+from impactjax._parameter import Range
 from impactjax._problem.abstract_problem import AbstractProblem
 
 _ENOUGH = 0.005  # fall of the cost, in variances, that a Gauss-Newton step may still promise
 _FAR = 0.01  # the same, relative to the rise of the cost
 _SHORT = 0.1  # longest such step, relative to the longest step of a search
+_STEPS = 4  # evaluations before a search
 
 Rows = Float[np.ndarray, "lanes parameters"]
 Mask = Bool[np.ndarray, "lanes parameters"]
@@ -67,7 +70,7 @@ class Points(NamedTuple):
         cost = self.cost - self.decrease(steps)
         return self._replace(u=self.u + steps, cost=cost, gradient=gradient)
 
-    def replaced(self, at: Bool[np.ndarray, " lanes"], others: "Points") -> "Points":
+    def replaced(self, at: np.ndarray, others: "Points") -> "Points":
         """The points with others in some places."""
         return Points(*(_put(x, at, new) for x, new in zip(self, others, strict=True)))
 
@@ -89,6 +92,7 @@ class Refits:
 
     - `problem`: the padded problem.
     - `lowest`, `variance`: cost of the estimate, and variance of a residual.
+    - `ranges`: ranges of the parameters.
     """
 
     problem: AbstractProblem
@@ -96,6 +100,12 @@ class Refits:
     search: Search
     lowest: float
     variance: float
+    ranges: tuple[Range, ...]
+
+    def values(self, u: Float[np.ndarray, "... parameters"]) -> Float[np.ndarray, "... parameters"]:
+        """Natural values at some coordinates."""
+        each = [to_value(allowed, u[..., i]) for i, allowed in enumerate(self.ranges)]
+        return np.stack(each, axis=-1)
 
     def enough(self, costs: Costs) -> Costs:
         """Errors of some costs that do not matter."""
@@ -111,23 +121,36 @@ class Refits:
         return self._around(places, models, active)
 
     def minima(self, starts: Rows, active: Mask) -> Points:
-        """The minimum from each start. If a Gauss-Newton step from there promises nothing that
-        matters, the minimum of the linear model counts as found.
+        """The minimum from each start. If a Gauss-Newton step promises nothing that matters, the
+        minimum of the linear model counts as found. A few such steps come first, and searches where
+        they are too long, gain nothing or do not end.
         """
-        low, high = self.limits[:, 0], self.limits[:, 1]
+        low, high, longest = self.limits.T
         starts = np.where(active, np.clip(starts, low, high), starts)
-        found = self.points(starts, active)
-        steps = -found.solved(found.gradient)
-        steps = np.clip(steps, low - starts, high - starts)
-        gains = found.decrease(steps)
-        near = (np.abs(steps) <= _SHORT * self.limits[:, 2]).all(axis=1)
-        done = np.isfinite(found.cost) & (gains <= self.enough(found.cost)) & (gains >= 0)
-        found = found.replaced(done & near, taken(found.stepped(steps), done & near))
-        if done.all():
-            return found
-        left = ~done
-        nearer = np.where(near[:, None], starts + steps, starts)
-        return found.replaced(left, self._searched(nearer[left], active[left]))
+        best = self.points(starts, active)
+        going = np.arange(len(starts))
+        left = np.zeros(len(starts), bool)
+        for turn in range(_STEPS):
+            now = taken(best, going)
+            steps = np.clip(-now.solved(now.gradient), low - now.u, high - now.u)
+            gains, near = now.decrease(steps), (np.abs(steps) <= longest).all(axis=1)
+            fine = np.isfinite(now.cost) & (gains >= 0)
+            done = fine & (gains <= self.enough(now.cost))
+            short = done & (np.abs(steps) <= _SHORT * longest).all(axis=1)
+            best = best.replaced(going[short], taken(now.stepped(steps), short))
+            more = fine & near & ~done & (turn < _STEPS - 1)
+            left[going[~done & ~more]] = True
+            going, steps = going[more], steps[more]
+            if not len(going):
+                break
+            trial = self.points(best.u[going] + steps, active[going])
+            lower = trial.cost < best.cost[going]
+            best = best.replaced(going[lower], taken(trial, lower))
+            left[going[~lower]] = True
+            going = going[lower]
+        if left.any():
+            best = best.replaced(left, self._searched(best.u[left], active[left]))
+        return best
 
     def _searched(self, starts: Rows, active: Mask) -> Points:
         matters = _ENOUGH * self.variance / self.lowest if self.lowest > 0 else 0.0
@@ -152,7 +175,7 @@ class Refits:
     @property
     def limits(self) -> Float[np.ndarray, "parameters 3"]:
         """Ends of the coordinates, and their longest steps."""
-        return np.array(self.problem.limits())
+        return np.array([limits(allowed) for allowed in self.ranges])
 
     @property
     def _parts(self) -> Bool[np.ndarray, "parts observations"]:
@@ -170,4 +193,5 @@ def refits_of(estimate: Estimate[P], optimiser: LevenbergMarquardt, search: Sear
     known = estimate.problem.variance()
     left = int(estimate.problem.observations) - len(estimate.names)
     variance = 2 * lowest / left if known is None else float(known)
-    return Refits(estimate.problem.padded(), optimiser, search, lowest, variance)
+    ranges = tuple(estimate.problem.ranges())
+    return Refits(estimate.problem.padded(), optimiser, search, lowest, variance, ranges)

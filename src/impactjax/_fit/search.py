@@ -1,6 +1,7 @@
 """Searches from many starts: one compiled evaluation for all, or one program under `jit`."""
 
 import dataclasses
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -11,6 +12,7 @@ from jaxtyping import Bool, Float, PyTree
 
 from impactjax._fit.evaluation import Evaluate, Evaluated, Lanes, Parts, evaluate, side_by_side
 from impactjax._known import AnyArray, is_known, known, namespace
+from impactjax._optimise.coordinates import limits, slope, to_value
 from impactjax._optimise.lane_queue import Iteration, in_turn
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.linearisation import Linearisation, Vector
@@ -24,6 +26,7 @@ from impactjax._optimise.minimiser import (
     Point,
     State,
 )
+from impactjax._parameter import Range
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
 
 _EARLY = 1e-3  # relative decrease that counts as convergence on a part before the last
@@ -98,7 +101,7 @@ def _known(
     `None` if the evaluations turn out to be traced, because a tie closes over a traced value.
     """
     starts, parts = searches.starts, jnp.asarray(searches.parts)
-    count = starts.shape[1]
+    count, ranges = starts.shape[1], problem.ranges()
     infinite = Linearisation(np.array(np.inf), np.zeros(count), np.zeros((count, count)))
 
     def around(u: Vector, answer: Evaluated | None, part: Count) -> Linearisation:
@@ -108,7 +111,7 @@ def _known(
     def minimiser(start: Vector, active: Mask) -> Minimiser[Evaluated | None]:
         objective = Objective(around, _reductions(optimiser, parts, start))
         nothing: Point = Point(start, None, infinite)
-        return Minimiser(optimiser, objective, _bounds(problem, start, active), nothing)
+        return Minimiser(optimiser, objective, _bounds(ranges, start, active), nothing)
 
     def at(place: Vector) -> Evaluated:
         return known(jax.block_until_ready(evaluate(problem, jnp.asarray(place), parts, no)))
@@ -154,7 +157,7 @@ def _traced(problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: S
         infinite = jax.tree.map(jnp.zeros_like, model)
         infinite = infinite._replace(cost=jnp.full_like(model.cost, jnp.inf))
         nothing = Point(start, answer, infinite)
-        return Minimiser(optimiser, objective, _bounds(problem, start, on), nothing)
+        return Minimiser(optimiser, objective, _bounds(problem.ranges(), start, on), nothing)
 
     def step(arrays: PyTree, lane: tuple[Vector, Mask], state: State) -> State:
         (problem, _, answering) = eqx.combine(arrays, other)
@@ -180,18 +183,20 @@ def _reductions(
     return namespace(start).asarray(each, start.dtype)
 
 
-def _bounds(problem: AbstractProblem, start: Vector, active: Mask) -> Bounds:
-    rows = zip(*problem.limits(), strict=True)
+def _bounds(ranges: Sequence[Range], start: Vector, active: Mask) -> Bounds:
+    rows = zip(*map(limits, ranges), strict=True)
     low, high, reach = (namespace(start).asarray(row, start.dtype) for row in rows)
-    return Bounds(active, low, high, reach, _usual_moves(problem, start, reach))
+    return Bounds(active, low, high, reach, _usual_moves(ranges, start, reach))
 
 
-def _usual_moves(problem: AbstractProblem, start: Vector, reach: Vector) -> Vector:
+def _usual_moves(ranges: Sequence[Range], start: Vector, reach: Vector) -> Vector:
     """Step that changes a value by about 100 %; `inf` for a parameter without limits that starts
     at 0.
     """
     xp = namespace(start)
-    moves = xp.abs(problem.at(start) / problem.slopes(start))
+    values = [to_value(allowed, u) for allowed, u in zip(ranges, start, strict=True)]
+    slopes = [slope(allowed, u) for allowed, u in zip(ranges, start, strict=True)]
+    moves = xp.abs(xp.stack(values) / xp.stack(slopes))
     anything = xp.where(moves > 0, moves, xp.inf)
     return xp.where(xp.isfinite(reach), xp.clip(moves, _LEAST * reach, reach), anything)
 

@@ -164,6 +164,7 @@ class AbstractProblem(eqx.Module):
         density = -cost / variance - n * jnp.log(2 * jnp.pi * variance) / 2 - self.log_units
         inside = [allowed.holds(values[i]) for i, allowed in enumerate(self._ranges())]
         density = density + self.prior_density(values)
+        inside = [allowed.holds(values[i]) for i, allowed in enumerate(self.ranges())]
         possible = jnp.all(jnp.stack(inside)) & jnp.isfinite(density)
         return jnp.where(possible, density, -jnp.inf)
 
@@ -180,38 +181,39 @@ class AbstractProblem(eqx.Module):
 
     def values(self, u: Vector) -> Vector:
         """Natural values at unbounded coordinates."""
-        each = [to_range(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
+        each = [to_range(allowed, u[i]) for i, allowed in enumerate(self.ranges())]
         return namespace(u).stack(each)
 
     def unbounded(
         self, values: Float[AnyArray, "... parameters"]
     ) -> Float[AnyArray, "... parameters"]:
         """Unbounded coordinates of natural values."""
-        each = [to_unbounded(allowed, values[..., i]) for i, allowed in enumerate(self._ranges())]
+        each = [to_unbounded(allowed, values[..., i]) for i, allowed in enumerate(self.ranges())]
         return namespace(values).stack(each, axis=-1)
 
     def at(self, u: Vector) -> Vector:
         """Natural values at coordinates of a search."""
-        each = [to_value(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
+        each = [to_value(allowed, u[i]) for i, allowed in enumerate(self.ranges())]
         return namespace(u).stack(each)
 
     def slopes(self, u: Vector) -> Vector:
         """Derivatives of the natural values by the coordinates of a search."""
-        each = [slope(allowed, u[i]) for i, allowed in enumerate(self._ranges())]
+        each = [slope(allowed, u[i]) for i, allowed in enumerate(self.ranges())]
         return namespace(u).stack(each)
 
     def coordinates(
         self, values: Float[AnyArray, "... parameters"]
     ) -> Float[AnyArray, "... parameters"]:
         """Coordinates of natural values in a search."""
-        each = [to_coordinate(allowed, values[..., i]) for i, allowed in enumerate(self._ranges())]
+        each = [to_coordinate(allowed, values[..., i]) for i, allowed in enumerate(self.ranges())]
         return namespace(values).stack(each, axis=-1)
 
     def limits(self) -> list[Limits]:
         """Limits of each coordinate of a search."""
-        return [limits(allowed) for allowed in self._ranges()]
+        return [limits(allowed) for allowed in self.ranges()]
 
-    def _ranges(self) -> list[Range]:
+    def ranges(self) -> list[Range]:
+        """The range of each parameter."""
         return [handle.allowed for handle in self.handles().values()]
 
     def around(self, u: Vector, answer: Answer, valid: Valid) -> Linearisation:

@@ -1,0 +1,103 @@
+"""The verb `profiles`: the profile likelihood of parameters as curves."""
+
+from collections.abc import Mapping
+
+from impactjax._fit.estimate import Estimate, P
+from impactjax._fit.profile import limit_of
+from impactjax._fit.refits import Refits, refits_of
+from impactjax._fit.search import Search
+from impactjax._identify.begun import Begun, begun_curves, held_parameters, values_along
+from impactjax._identify.curves import Knots, traced
+from impactjax._identify.profile_curve import Profile, profile_along
+from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._refusal import check_kind
+
+_FEWEST = 5  # points of a curve
+
+
+def profiles(
+    estimate: Estimate[P],
+    *names: str,
+    points: int = 41,
+    known: Mapping[str, Profile] | None = None,
+    optimiser: LevenbergMarquardt = LevenbergMarquardt(),
+) -> dict[str, Profile]:
+    """Profile likelihood of parameters as curves, by name.
+
+    The parameter is held at values around its estimate, and all others are fitted again:
+    rise(p) = (min S − S_min)/(σ² i²), with the sum of squares S, the variance σ² of a residual and
+    the `inflation` i. The curve goes from one end of the 95 % interval to the other and a quarter
+    beyond, or over four standard errors where it is open, and is densest where it is steep. The
+    interval is that of `profiled`.
+
+    Each fit starts from the cubic through its neighbours, and ends after one evaluation if a
+    Gauss-Newton step promises no more than 0.01 in rise. A point that lies above what its
+    neighbours promise is fitted again from there, so that the curve follows the lowest minimum.
+
+    **Arguments:**
+
+    - `estimate`: estimate of a single fit, without scatter from impact to impact.
+    - `names`: names of fitted parameters; without any, all of them.
+    - `points`: number of points of each curve.
+    - `known`: profiles of the same estimate with fewer points, which are kept.
+    - `optimiser`: settings of the refits.
+
+    **Raises** `ValueError` for fewer than 5 points, a parameter that was not fitted, an estimate
+    that is not `usable`, has scatter from impact to impact, or holds several fits.
+
+    Source: A. Raue et al. (2009), Bioinformatics 25, 1923, for the method; R. Boiger et al. (2016),
+    Inverse Problems 32, 125009, for starts along tangents.
+    """
+    check_profiled(estimate, points)
+    check_names(estimate, names)
+    names = names or estimate.names
+    refits = refits_of(estimate, optimiser, Search())
+    limit = limit_of(estimate)
+    begin, old = begun_curves(estimate, refits, names, limit), known or {}
+    knots, spans = [each.knots for each in begin], [each.span for each in begin]
+    kept = [
+        old[x].knots if x in old else own.taken([]) for x, own in zip(names, knots, strict=True)
+    ]
+    found = traced(held_parameters(estimate, refits, names), knots, spans, points, kept)
+    return {
+        name: _profile(estimate, refits, name, each, own, limit)
+        for name, each, own in zip(names, begin, found, strict=True)
+    }
+
+
+def _profile(
+    estimate: Estimate[P], refits: Refits, name: str, begin: Begun, knots: Knots, limit: float
+) -> Profile:
+    values = values_along(refits, knots)
+    values[:, estimate.names.index(name)] = begin.axis.value(knots.x)
+    parameters = (estimate.names, values)
+    lasting = bool(estimate.lasting)
+    rest = (begin.span, limit**2, begin.known, parameters)
+    return profile_along(name, begin.axis, knots, *rest, lasting=lasting)
+
+
+def check_profiled(estimate: Estimate[P], points: int) -> None:
+    """Raises `ValueError` for an estimate that has no profile, and for too few points."""
+    check_kind("estimate", estimate, Estimate, "fit(experiment)")
+    estimate.check_single()
+    if estimate.scatter is not None:
+        raise ValueError(
+            "This estimate has scatter from impact to impact, and refits would have none: fit the "
+            "experiment with `scatter=NoScatter()`, or use the intervals of the estimate."
+        )
+    if not bool(estimate.usable):
+        raise ValueError(f"The estimate has no profile, since its fit {_failed(estimate)}.")
+    if points < _FEWEST:
+        raise ValueError(f"Argument `points` must be at least {_FEWEST}, but it is {points}.")
+
+
+def _failed(estimate: Estimate[P]) -> str:
+    return f"is not usable ({estimate.cause})"
+
+
+def check_names(estimate: Estimate[P], names: tuple[str, ...]) -> None:
+    """Raises `ValueError` for a parameter that was not fitted, or is named twice."""
+    for name in names:
+        estimate.value(name)
+    if len(set(names)) < len(names):
+        raise ValueError(f"Each parameter can be named once, but the names are {names}.")
