@@ -72,6 +72,7 @@ from impactjax._identify.information import Information as Information
 from impactjax._identify.information_in import information_in as information_in
 from impactjax._identify.joint_information import joint_information as joint_information
 from impactjax._identify.posterior import posterior as posterior
+from impactjax._identify.predicted import predicted as predicted
 from impactjax._identify.profile_curve import Profile as Profile
 from impactjax._identify.profile_shape import ProfileShape as ProfileShape
 from impactjax._identify.profiles import profiles as profiles

@@ -7,6 +7,8 @@ from impactjax._report.coupling_figures import plot_sensitivities as sensitiviti
 from impactjax._report.couplings_figure import plot_couplings as couplings
 from impactjax._report.fit_figures import plot_fit as fit
 from impactjax._report.fit_figures import plot_residuals as residuals
+from impactjax._report.profile_figures import plot_profile as profile
+from impactjax._report.profile_figures import plot_ridge as ridge
 from impactjax._report.repeats_figure import plot_repeats as repeats
 from impactjax._report.residual_figures import plot_autocorrelation as autocorrelation
 from impactjax._report.residual_figures import plot_impact_residuals as impact_residuals
@@ -26,10 +28,12 @@ __all__ = [
     "fit",
     "impact_residuals",
     "learned_restitution",
+    "profile",
     "quantiles",
     "repeats",
     "residuals",
     "restitution",
+    "ridge",
     "sensitivities",
     "starts",
 ]

@@ -18,6 +18,7 @@ from impactjax._problem.abstract_problem import AbstractProblem
 _ENOUGH = 0.005  # fall of the cost, in variances, that a Gauss-Newton step may still promise
 _FAR = 0.01  # the same, relative to the rise of the cost
 _SHORT = 0.1  # longest such step, relative to the longest step of a search
+_LOWER = 1.0  # fall of S/σ² below the estimate from which that is not the minimum
 _STEPS = 4  # evaluations before a search
 
 Rows = Float[np.ndarray, "lanes parameters"]
@@ -115,6 +116,13 @@ class Refits:
         """The rise (S − S_min)/σ² of some costs S/2; NaN if one is not finite."""
         return np.where(np.isfinite(costs), 2 * (costs - self.lowest) / self.variance, np.nan)
 
+    def heights(self, costs: Costs) -> Costs:
+        """√((S − S_min)/σ²) of some costs S/2; NaN if one is not finite, or is lower than that of
+        the estimate.
+        """
+        rises = self.rises(costs)
+        return np.sqrt(np.maximum(np.where(rises > -_LOWER, rises, np.nan), 0))
+
     def points(self, places: Rows, active: Mask) -> Points:
         """Points with their linear models."""
         models = self.search.linearised(self.problem, Searches(places, active, self._parts))
@@ -149,10 +157,15 @@ class Refits:
             left[going[~lower]] = True
             going = going[lower]
         if left.any():
-            best = best.replaced(left, self._searched(best.u[left], active[left]))
+            best = best.replaced(left, self.searched(best.u[left], active[left]))
         return best
 
-    def _searched(self, starts: Rows, active: Mask) -> Points:
+    def with_search(self, search: Search) -> "Refits":
+        """Refits by another search."""
+        return dataclasses.replace(self, search=search)
+
+    def searched(self, starts: Rows, active: Mask) -> Points:
+        """The minimum from each start by a search."""
         matters = _ENOUGH * self.variance / self.lowest if self.lowest > 0 else 0.0
         reduction = max(self.optimiser.reduction, matters / 10)
         rough = dataclasses.replace(self.optimiser, reduction=reduction)

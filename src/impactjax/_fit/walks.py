@@ -13,7 +13,6 @@ from impactjax._fit.refits import Points, Refits, taken
 from impactjax._fit.straight import Straight, straight
 
 _ROUNDS = 12  # most refits on one side
-_LOWER = 1.0  # fall of S/σ² below the estimate from which that is not the minimum
 
 Vector = Float[np.ndarray, " parameters"]
 
@@ -103,12 +102,10 @@ def _lowest(
     active[np.arange(len(each)), [walk.parameter for _, walk, _ in each]] = False
     found = refits.minima(places, active)
     costs = found.cost.reshape(len(centres), len(walks))
-    rises = refits.rises(costs)
-    costs = np.where(rises > -_LOWER, costs, np.inf)
-    best = costs.argmin(axis=0)
-    rises = np.where(np.isinf(costs), np.nan, rises)[best, np.arange(len(walks))]
+    heights = refits.heights(costs)
+    best = np.where(np.isnan(heights), np.inf, heights).argmin(axis=0)
     points = taken(found, best * len(walks) + np.arange(len(walks)))
-    return points, np.sqrt(np.maximum(rises, 0))
+    return points, heights[best, np.arange(len(walks))]
 
 
 def _faded(estimate: Estimate[P], refits: Refits, around: Local) -> tuple[Local, float]:
@@ -124,9 +121,8 @@ def _faded(estimate: Estimate[P], refits: Refits, around: Local) -> tuple[Local,
     sizes = np.where(norms > 0, norms, 1.0)
     scaled = slopes / sizes
     covariance = np.linalg.pinv(scaled.T @ scaled, hermitian=True) / np.outer(sizes, sizes)
-    rise = float(refits.rises(found.cost)[0])
     there = Local(around.coordinates, values, covariance)
-    return there, math.sqrt(max(rise, 0.0)) if rise > -_LOWER else math.nan
+    return there, float(refits.heights(found.cost)[0])
 
 
 def _start(local: Local, walk: Walk, value: float) -> Vector:

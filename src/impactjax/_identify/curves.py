@@ -145,7 +145,8 @@ def mended(curves: AbstractCurves, knots: Sequence[Knots]) -> list[Knots]:
         starts = origin.u + origin.tangent * (every.x[at] - origin.x)[:, None]
         found = curves.refitted(which[at], every.x[at], starts)
         old = every.taken(at).cost
-        lower = found.cost < np.where(np.isfinite(old), old - curves.enough(old), np.inf)
+        seen = np.where(np.isfinite(old), old, 0.0)
+        lower = found.cost < np.where(np.isfinite(old), seen - curves.enough(seen), np.inf)
         for field, new in zip(every, found, strict=True):
             field[at[lower]] = new[lower]
         fresh = np.zeros(len(which), bool)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from impactjax._fit.refits import Column, Refits
 from impactjax._fit.walks import Local
@@ -25,6 +26,8 @@ _WIDEST = 4.0  # the farthest, in standard errors of the estimate or differences
 _FEW = 21  # rows that are found first
 _ROUNDS = 6  # of changes of the width
 _INSIDE = 0.999  # share of the way to an end that is not allowed
+
+Ends = Float[np.ndarray, "rows 2"]
 
 
 class Rows(NamedTuple):
@@ -160,31 +163,37 @@ def _farthest(axis: Axis, scale: float) -> tuple[float, float]:
 def _widened(
     curves: HeldParameters,
     knots: list[Knots],
-    wanted: np.ndarray,
-    far: np.ndarray,
+    wanted: Ends,
+    far: Ends,
     lowest: float,
     unit: float,
-) -> tuple[list[Knots], np.ndarray]:
+) -> tuple[list[Knots], Ends]:
     """The points of each row with its ends, moved until these are just outside the region."""
-    deep = np.array([float(each.cost[0]) - lowest < unit for each in knots])
-    fixed, ends = np.zeros(wanted.shape, bool), wanted
-    for turn in range(_ROUNDS):
-        places = [row[(row != 0) & ~done] for row, done in zip(ends, fixed, strict=True)]
+    deep = np.array([[float(each.cost[0]) - lowest < unit] for each in knots])
+    side, most = np.array([-1.0, 1.0]), np.abs(far)
+    inner, outer, at = np.zeros(wanted.shape), np.full(wanted.shape, np.inf), np.abs(wanted)
+    going = np.ones(wanted.shape, bool)
+    for _ in range(_ROUNDS):
+        places = [(side * row)[on & (row > 0)] for row, on in zip(at, going, strict=True)]
         new = filled(curves, [each.finite for each in knots], places)
         knots = [merged(*each) for each in zip(knots, new, strict=True)]
-        heights = np.stack([_height(each, row) for each, row in zip(knots, ends, strict=True)])
-        heights = np.sqrt(np.maximum(heights - lowest, 0) / unit)
-        failed, low, high = ~np.isfinite(heights), heights < _LEAST, heights > _MOST
-        change = np.clip(_BEYOND / np.maximum(heights, 0.1), 0.2, 3.0)
-        moves = (low | high | failed) & deep[:, None]
-        after = np.clip(ends * np.where(moves, change, 1.0), far[:, :1], far[:, 1:])
-        fixed = after == ends
-        if fixed.all() or turn == _ROUNDS - 1:
+        costs = np.stack([_costs(each, side * x) for each, x in zip(knots, at, strict=True)])
+        height = np.sqrt(np.maximum(costs - lowest, 0) / unit)
+        low, high = height < _LEAST, ~(height <= _MOST)
+        inner, outer = np.where(going & low, at, inner), np.where(going & high, at, outer)
+        farther = np.minimum(at * np.clip(_BEYOND / np.maximum(height, 0.1), 1.2, 3.0), most)
+        nearer = at * np.clip(_BEYOND / height, 0.2, 0.8)
+        between = np.where(inner > 0, (inner + np.where(high, outer, inner)) / 2, nearer)
+        between = np.where(low, (inner + outer) / 2, between)
+        after = np.where(low & np.isinf(outer), farther, between)
+        going = (low | high) & deep & (after != at)
+        if not going.any():
             break
-        ends = after
-    return knots, ends
+        at = np.where(going, after, at)
+    # An end that is not found lies outside the region rather than inside.
+    return knots, side * np.where(going & np.isfinite(outer), outer, at)
 
 
-def _height(knots: Knots, x: Column) -> Column:
+def _costs(knots: Knots, x: Column) -> Column:
     """The costs at some of the points."""
     return knots.cost[np.abs(knots.x[:, None] - x).argmin(axis=0)]
