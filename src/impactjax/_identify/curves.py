@@ -223,11 +223,11 @@ def traced(
     return mended(curves, shown)
 
 
-def _among(x: Places, others: Places) -> Bool[np.ndarray, " points"]:
+def _among(x: Places, others: Column) -> Bool[np.ndarray, " points"]:
     return (np.abs(x[:, None] - others) <= _SAME).any(axis=1)
 
 
-def _between(shown: Places, known: Knots, span: Span, count: int) -> Places:
+def _between(shown: Column, known: Knots, span: Span, count: int) -> Places:
     """Places between those that are shown, which make up `count` with them: the longest pieces of
     the curve of √rise are divided.
     """

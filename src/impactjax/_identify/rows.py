@@ -139,7 +139,7 @@ def _first_rows(
         slope=middle.slope * scales,
         bend=middle.bend * scales**2,
     )
-    knots = [middle.taken([i]) for i in every]
+    knots = [middle.taken(slice(i, i + 1)) for i in every]
     far = np.stack([_farthest(axis, scale) for axis, scale in zip(axes, scales, strict=True)])
     wanted = np.clip(np.outer(_BEYOND * widths / scales, [-1.0, 1.0]), far[:, :1], far[:, 1:])
     curves = row_curves(refits, pair, axes)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _HIGHEST = 3.0  # rise up to which a profile is drawn, relative to its threshold
 _DECADE = 5.0  # ratio of the ends from which an axis is logarithmic
+_ROOM = 0.15  # share of an axis that is left around a region
 _COARSE = 0.683  # confidence of the inner region
 
 Theory = Callable[[Float[np.ndarray, " points"]], Float[np.ndarray, " points"]]
@@ -77,11 +78,24 @@ def plot_ridge(ax: "Axes", found: Ridge, theory: Theory | None = None) -> "Axes"
     ax.plot(*found.best, "o", color=OTHER, markersize=4)
     labels = [_label(*pair) for pair in zip(found.names, found.units, strict=True)]
     ax.set(xlabel=labels[0], ylabel=labels[1])
-    if _is_wide(found.first):
-        ax.set_xscale("log")
-    if _is_wide(found.second[inside]):
-        ax.set_yscale("log")
+    _show(ax, first[found.inside()], found.second[found.inside()])
     return ax
+
+
+def _show(
+    ax: "Axes", first: Float[np.ndarray, " inside"], second: Float[np.ndarray, " inside"]
+) -> None:
+    """Limits and scales that show some points with room around them."""
+    for values, set_scale, set_limits in (
+        (first, ax.set_xscale, ax.set_xlim),
+        (second, ax.set_yscale, ax.set_ylim),
+    ):
+        wide = _is_wide(values)
+        set_scale("log" if wide else "linear")
+        if len(values) and float(np.ptp(values)) > 0:
+            low, high = float(values.min()), float(values.max())
+            room = (high / low) ** _ROOM if wide else _ROOM * (high - low)
+            set_limits((low / room, high * room) if wide else (low - room, high + room))
 
 
 def _label(name: str, unit: str) -> str:
