@@ -21,7 +21,7 @@ _STAGES = (0.2, 1.0)  # shares of the points that are found together
 _SAME = 1e-9  # distance of places that count as one
 
 Which = Int[np.ndarray, " lanes"]
-Places = Float[np.ndarray, " points"]
+Places = Float[np.ndarray, "_"]
 
 
 class Knots(NamedTuple):

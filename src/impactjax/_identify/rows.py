@@ -182,7 +182,7 @@ def _widened(
         low, high = height < _LEAST, ~(height <= _MOST)
         inner, outer = np.where(going & low, at, inner), np.where(going & high, at, outer)
         farther = np.minimum(at * np.clip(_BEYOND / np.maximum(height, 0.1), 1.2, 3.0), most)
-        nearer = at * np.clip(_BEYOND / height, 0.2, 0.8)
+        nearer = at * np.clip(_BEYOND / np.maximum(height, 0.1), 0.2, 0.8)
         between = np.where(inner > 0, (inner + np.where(high, outer, inner)) / 2, nearer)
         between = np.where(low, (inner + outer) / 2, between)
         after = np.where(low & np.isinf(outer), farther, between)
