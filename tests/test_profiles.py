@@ -2,6 +2,8 @@
 
 import dataclasses
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -117,6 +119,26 @@ def test_profile_at_end_of_range_is_open():
     assert each.high == pytest.approx(high, rel=1e-3)
 
 
+@pytest.mark.parametrize("inverse", [0.1, 0.02])
+def test_profile_of_parameter_that_fades(inverse):
+    """The data are linear in the inverse, and tell from zero whether the larger one is."""
+    data = inverse * T + SIGMA * np.random.default_rng(4).standard_normal(len(T))
+    data += (inverse - (data @ T) / (T @ T)) * T
+    fading = POSITIVE._replace(fades=True)
+    found = fitted(lambda p: T / p[0] + 0 * p[1], [fading, ANY], data, SIGMA, [8.0, 0.0])
+    each = ij.profiles(found, "p0", points=21)["p0"]
+    error = SIGMA / np.sqrt(T @ T)
+    assert (np.diff(each.at) > 0).all()
+    np.testing.assert_allclose(each.rise, ((1 / each.at - inverse) / error) ** 2, atol=1e-3)
+    assert each.low == pytest.approx(1 / (inverse + LIMIT * error), rel=1e-3)
+    if inverse > LIMIT * error:
+        assert each.high == pytest.approx(1 / (inverse - LIMIT * error), rel=5e-3)
+        assert each.shape is ij.ProfileShape.BOUNDED
+    else:
+        assert each.high == np.inf
+        assert each.shape is ij.ProfileShape.OPEN_ABOVE
+
+
 def test_profile_with_two_minima():
     """The square of a parameter, whose sign the data do not tell."""
     data = SIGMA * np.random.default_rng(3).standard_normal(len(T))
@@ -188,6 +210,11 @@ def test_requests_without_a_profile_are_refused(decay):
     failed = dataclasses.replace(found, outcome=jnp.int32(ij.Outcome.MAX_ITERATIONS))
     with pytest.raises(ValueError, match="took all its evaluations"):
         ij.profiles(failed)
+    scattered = eqx.tree_at(lambda e: e.scatter, found, 1.0, is_leaf=lambda x: x is None)
+    with pytest.raises(ValueError, match="refits would have none"):
+        ij.profiles(scattered)
+    with pytest.raises(ValueError, match="holds 2 fits"):
+        ij.profiles(jax.tree.map(lambda x: jnp.stack([x, x]), found))
     with pytest.raises(ValueError, match="of one recording"):
         ij.predicted(decay, lambda system: system)
     with pytest.raises(ValueError, match="does not depend"):

@@ -6,6 +6,7 @@ that curves follow the lowest of several minima.
 """
 
 import abc
+import dataclasses
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -93,6 +94,7 @@ class AbstractCurves(abc.ABC):
         """Errors of some costs that do not matter."""
 
 
+@dataclasses.dataclass(frozen=True)
 class HeldParameters(AbstractCurves):
     """Curves along which parameters are held.
 
@@ -101,14 +103,13 @@ class HeldParameters(AbstractCurves):
     - `active`: masks of the parameters that are fitted; another one may be held at its start.
     """
 
-    def __init__(
-        self, refits: Refits, parameters: Sequence[int], axes: Sequence[Axis], active: Mask
-    ) -> None:
-        self.refits, self.axes, self.active = refits, list(axes), active
-        self.parameters = np.array(parameters)
+    refits: Refits
+    parameters: Sequence[int]
+    axes: Sequence[Axis]
+    active: Mask
 
     def refitted(self, which: Which, x: Column, starts: Rows) -> Knots:
-        held = self.parameters[which]
+        held = np.array(self.parameters)[which]
         places, directions = starts.copy(), np.zeros_like(starts)
         for curve in np.unique(which):
             own, axis = which == curve, self.axes[curve]
@@ -224,7 +225,7 @@ def traced(
 
 
 def _among(x: Places, others: Column) -> Bool[np.ndarray, " points"]:
-    return (np.abs(x[:, None] - others) <= _SAME).any(axis=1)
+    return np.isclose(x[:, None], others, rtol=0, atol=_SAME).any(axis=1)
 
 
 def _between(shown: Column, known: Knots, span: Span, count: int) -> Places:

@@ -7,6 +7,7 @@ Source: C. Kreutz, A. Raue and J. Timmer (2012), "Likelihood based observability
 confidence intervals for predictions of dynamic models", BMC Systems Biology 6, 120.
 """
 
+import dataclasses
 import functools
 from collections.abc import Callable
 
@@ -33,6 +34,7 @@ Quantity = Callable[[System], Scalar]
 Told = tuple[Column, Rows]
 
 
+@dataclasses.dataclass(frozen=True)
 class HeldQuantity(AbstractCurves):
     """The curve along which a quantity is held.
 
@@ -41,9 +43,10 @@ class HeldQuantity(AbstractCurves):
     - `centre`, `unit`: its estimate and standard error, from which distances are counted.
     """
 
-    def __init__(self, refits: Refits, quantity: Quantity, centre: float, unit: float) -> None:
-        self.refits, self.quantity = refits, quantity
-        self.centre, self.unit = centre, unit
+    refits: Refits
+    quantity: Quantity
+    centre: float
+    unit: float
 
     def refitted(self, which: Which, x: Column, starts: Rows) -> Knots:
         del which
@@ -108,7 +111,7 @@ def _measured(
     quantity: Quantity,
     target: np.floating,
     weight: float,
-    problem: Problem,
+    problem: AbstractProblem,
     u: Vector,
     parts: Parts,
     logged: Flag,

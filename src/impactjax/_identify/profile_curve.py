@@ -11,6 +11,9 @@ from impactjax._identify.profile_axis import Axis
 from impactjax._identify.profile_shape import ProfileShape, crossings, shape_of
 from impactjax._number_format import interval, with_unit
 
+_OPEN_BELOW = (ProfileShape.OPEN_BELOW, ProfileShape.FLAT)
+_OPEN_ABOVE = (ProfileShape.OPEN_ABOVE, ProfileShape.FLAT)
+
 
 @dataclasses.dataclass(frozen=True)
 class Profile:
@@ -47,7 +50,9 @@ class Profile:
     def __str__(self) -> str:
         error = (self.high - self.low) / 4
         error = error if np.isfinite(error) and error > 0 else abs(self.value) / 100
-        ends = interval(self.low, self.high, error)
+        low = -np.inf if self.shape in _OPEN_BELOW else self.low
+        high = np.inf if self.shape in _OPEN_ABOVE else self.high
+        ends = interval(low, high, error)
         return f"{self.name}: {with_unit(ends, self.unit)} ({self.shape})"
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _HIGHEST = 3.0  # rise up to which a profile is drawn, relative to its threshold
-_DECADE = 5.0  # ratio of the ends from which an axis is logarithmic
+_DECADE = 10.0  # ratio of the ends from which an axis is logarithmic
 _ROOM = 0.15  # share of an axis that is left around a region
 _COARSE = 0.683  # confidence of the inner region
 
@@ -86,12 +86,14 @@ def _show(
     ax: "Axes", first: Float[np.ndarray, " inside"], second: Float[np.ndarray, " inside"]
 ) -> None:
     """Limits and scales that show some points with room around them."""
-    for values, set_scale, set_limits in (
-        (first, ax.set_xscale, ax.set_xlim),
-        (second, ax.set_yscale, ax.set_ylim),
+    for values, axis, set_scale, set_limits in (
+        (first, ax.xaxis, ax.set_xscale, ax.set_xlim),
+        (second, ax.yaxis, ax.set_yscale, ax.set_ylim),
     ):
         wide = _is_wide(values)
         set_scale("log" if wide else "linear")
+        if wide:
+            axis.set_minor_formatter("")
         if len(values) and float(np.ptp(values)) > 0:
             low, high = float(values.min()), float(values.max())
             room = (high / low) ** _ROOM if wide else _ROOM * (high - low)
