@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeAlias, TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Bool, Float
 
 from impactjax._known import AnyArray, is_known, known
@@ -77,5 +78,9 @@ def side_by_side(function: Callable[[Vector], T], places: Lanes) -> list[T]:
     first = [function(place) for place in places[:1]]
     if len(places) < 3 or not is_known(first):
         return first + [function(place) for place in places[1:]]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return first + list(pool.map(function, places[1:]))
+    count = os.cpu_count() or 1
+    with ThreadPoolExecutor(count) as pool:
+        shares = pool.map(
+            lambda some: [function(place) for place in some], np.array_split(places[1:], count)
+        )
+        return first + [result for share in shares for result in share]

@@ -225,7 +225,7 @@ def traced(
 
 
 def _among(x: Places, others: Column) -> Bool[np.ndarray, " points"]:
-    return np.isclose(x[:, None], others, rtol=0, atol=_SAME).any(axis=1)
+    return np.asarray(np.isclose(x[:, None], others, rtol=0, atol=_SAME).any(axis=1))
 
 
 def _between(shown: Column, known: Knots, span: Span, count: int) -> Places:

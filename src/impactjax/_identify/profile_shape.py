@@ -25,8 +25,8 @@ class ProfileShape(AbstractCode):
 
 
 class Crossings(NamedTuple):
-    """Where a profile crosses its threshold on both sides: −∞ and ∞ where it does not; NaN where a
-    side is unknown.
+    """Places where a profile crosses its threshold on both sides: −∞ and ∞ where it does not; NaN
+    where a side is unknown.
     """
 
     low: float
