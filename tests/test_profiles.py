@@ -1,6 +1,7 @@
 """Profiles as curves, against closed forms and SciPy."""
 
 import dataclasses
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -62,16 +63,17 @@ def test_profile_of_linear_parameters_is_a_parabola():
 def test_profile_of_nonlinear_parameter(decay):
     """The amplitude is fitted in closed form."""
     each = ij.profiles(decay, "p1")["p1"]
-    best = optimize.minimize_scalar(squares_of_decay, bracket=(1.0, 2.0), tol=1e-12)
+    best: Any = optimize.minimize_scalar(squares_of_decay, bracket=(1.0, 2.0), tol=1e-12)
 
     def rise(rate):
         return (squares_of_decay(rate) - best.fun) / SIGMA**2
 
     expected = np.array([rise(rate) for rate in each.at])
     np.testing.assert_allclose(each.rise, expected, atol=2e-3, rtol=2e-3)
-    low, high = (
+    ends: list[Any] = [
         optimize.brentq(lambda rate: rise(rate) - LIMIT**2, best.x, end) for end in (0.0, 20.0)
-    )
+    ]
+    low, high = ends
     assert high - best.x > 1.25 * (best.x - low)  # far from a parabola
     np.testing.assert_allclose([each.low, each.high], [low, high], atol=2e-3 * (high - low))
     shape = np.exp(-each.at[:, None] * T)
@@ -216,9 +218,9 @@ def test_requests_without_a_profile_are_refused(decay):
     with pytest.raises(ValueError, match="holds 2 fits"):
         ij.profiles(jax.tree.map(lambda x: jnp.stack([x, x]), found))
     with pytest.raises(ValueError, match="of one recording"):
-        ij.predicted(decay, lambda system: system)
+        ij.predicted(decay, lambda system: jnp.zeros(()))
     with pytest.raises(ValueError, match="does not depend"):
-        ij.predicted(found, lambda system: 1.0)
+        ij.predicted(found, lambda system: jnp.ones(()))
     with pytest.raises(ValueError, match="not finite"):
         ij.predicted(found, lambda system: system.initial.position * jnp.nan)
     with pytest.raises(ValueError, match="one number"):
@@ -257,7 +259,8 @@ def test_prediction_of_nonlinear_function():
         def at(velocity):
             return np.sum((values - quotient * velocity**2 - velocity * SINCE) ** 2)
 
-        return optimize.minimize_scalar(at, bracket=(0.5, 0.8), tol=1e-12).fun
+        found: Any = optimize.minimize_scalar(at, bracket=(0.5, 0.8), tol=1e-12)
+        return found.fun
 
     each = ij.predicted(found, quotient, points=11)
     lowest = squares(each.value)

@@ -55,6 +55,22 @@ def answer_at(
     return by(problem, u, parts, jnp.asarray(logged)).answer
 
 
+def side_by_side(function: Callable[[Vector], T], places: Lanes) -> list[T]:
+    """The results of a function at some places, by as many threads as there are processors.
+
+    The first result comes alone: it may have to be compiled, or be traced.
+    """
+    first = [function(place) for place in places[:1]]
+    if len(places) < 3 or not is_known(first):
+        return first + [function(place) for place in places[1:]]
+    count = os.cpu_count() or 1
+    with ThreadPoolExecutor(count) as pool:
+        shares = pool.map(
+            lambda some: [function(place) for place in some], np.array_split(places[1:], count)
+        )
+        return first + [result for share in shares for result in share]
+
+
 def evaluate_each(problem: AbstractProblem, u: Vector, parts: Parts, logged: Flag) -> Evaluated:
     """Evaluates a point of several recordings, each by the program of one alone."""
     values, own = known(problem.at(known(u))), []
@@ -71,16 +87,3 @@ def evaluate_each(problem: AbstractProblem, u: Vector, parts: Parts, logged: Fla
 @eqx.filter_jit
 def _models(problem: AbstractProblem, u: Vector, answer: Answer, parts: Parts) -> Linearisation:
     return jax.vmap(lambda part: problem.around(u, answer, part))(parts)
-def side_by_side(function: Callable[[Vector], T], places: Lanes) -> list[T]:
-    """The results of a function at some places, by as many threads as there are processors.
-    The first result comes alone: it may have to be compiled, or be traced.
-    """
-    first = [function(place) for place in places[:1]]
-    if len(places) < 3 or not is_known(first):
-        return first + [function(place) for place in places[1:]]
-    count = os.cpu_count() or 1
-    with ThreadPoolExecutor(count) as pool:
-        shares = pool.map(
-            lambda some: [function(place) for place in some], np.array_split(places[1:], count)
-        )
-        return first + [result for share in shares for result in share]

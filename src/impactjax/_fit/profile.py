@@ -13,7 +13,7 @@ from scipy import special
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.profile_walk import Walk
 from impactjax._fit.refits import refits_of
-from impactjax._fit.search import Search
+from impactjax._fit.search import Search, usual_search
 from impactjax._fit.straight import straight
 from impactjax._fit.verdict import Verdict
 from impactjax._fit.walks import begun, local, walked
@@ -46,7 +46,7 @@ def profiled(
 
     Source: Venzon and Moolgavkar, Applied Statistics 37, 87 (1988).
     """
-    return profiled_by(Search(), estimate, optimiser)
+    return profiled_by(usual_search(estimate.problem), estimate, optimiser)
 
 
 def profiled_by(

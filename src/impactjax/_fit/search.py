@@ -10,7 +10,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
-from impactjax._fit.evaluation import Evaluate, Evaluated, Lanes, Parts, evaluate, side_by_side
+from impactjax._fit.evaluation import (
+    Evaluate,
+    Evaluated,
+    Lanes,
+    Parts,
+    evaluate,
+    evaluate_each,
+    side_by_side,
+)
 from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._optimise.coordinates import limits, slope, to_value
 from impactjax._optimise.lane_queue import Iteration, in_turn
@@ -88,6 +96,11 @@ class Search:
         again = self.evaluate(problem, jnp.asarray(best.u), jnp.asarray(parts), yes)
         answer = best.answer._replace(impacts=again.answer.impacts)
         return best._replace(answer=answer)
+
+
+def usual_search(problem: AbstractProblem) -> Search:
+    """The search for a problem: recordings that are fitted together are evaluated one by one."""
+    return Search(evaluate_each) if len(problem.each_recording()) > 1 else Search()
 
 
 def _known(

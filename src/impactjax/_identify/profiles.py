@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.profile import limit_of
 from impactjax._fit.refits import Refits, refits_of
-from impactjax._fit.search import Search
+from impactjax._fit.search import usual_search
 from impactjax._identify.begun import Begun, begun_curves, held_parameters, values_along
 from impactjax._identify.curves import Knots, traced
 from impactjax._identify.profile_curve import Profile, profile_along
@@ -51,7 +51,7 @@ def profiles(
     check_profiled(estimate, points)
     check_names(estimate, names)
     names = names or estimate.names
-    refits = refits_of(estimate, optimiser, Search())
+    refits = refits_of(estimate, optimiser, usual_search(estimate.problem))
     limit = limit_of(estimate)
     begin, old = begun_curves(estimate, refits, names, limit), known or {}
     knots, spans = [each.knots for each in begin], [each.span for each in begin]

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.refits import Refits, refits_of
-from impactjax._fit.search import Search
+from impactjax._fit.search import usual_search
 from impactjax._fit.walks import local
 from impactjax._identify.begun import begun_curves, held_parameters
 from impactjax._identify.curves import traced
@@ -91,7 +91,10 @@ def ridge(
     """
     check_profiled(estimate, min(points))
     check_names(estimate, (first, second))
-    freedom, refits = float(estimate.freedom), refits_of(estimate, optimiser, Search())
+    freedom, refits = (
+        float(estimate.freedom),
+        refits_of(estimate, optimiser, usual_search(estimate.problem)),
+    )
     limit = math.sqrt(_threshold(freedom, _ALPHA))
     begin = begun_curves(estimate, refits, [first], limit)[0]
     kept = begin.knots.taken([]) if known is None else known.rows.floor

@@ -162,7 +162,6 @@ class AbstractProblem(eqx.Module):
         cost = jnp.sum(self.assumed().loss.cost(residuals))
         variance = self.density_variance(2 * cost / n)
         density = -cost / variance - n * jnp.log(2 * jnp.pi * variance) / 2 - self.log_units
-        inside = [allowed.holds(values[i]) for i, allowed in enumerate(self._ranges())]
         density = density + self.prior_density(values)
         inside = [allowed.holds(values[i]) for i, allowed in enumerate(self.ranges())]
         possible = jnp.all(jnp.stack(inside)) & jnp.isfinite(density)

@@ -69,11 +69,12 @@ class AbstractQuantity(eqx.Module):
     def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         """The time derivative of the quantity at the samples."""
 
-    @abc.abstractmethod
     def filtered(
         self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
     ) -> Samples:
         """The output at the samples of a low-pass with this quantity as its input."""
+        values, rates = self.value(model, trajectory), self.rate(model, trajectory)
+        return low_pass.filtered(trajectory.ts, values, rates)
 
     @abc.abstractmethod
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
@@ -104,12 +105,6 @@ class AbstractPlace(AbstractQuantity):
         del model
         return trajectory.velocity
 
-    def filtered(
-        self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
-    ) -> Samples:
-        del model
-        return low_pass.filtered(trajectory.ts, trajectory.position, trajectory.velocity)
-
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         del ts, oscillator
         return values
@@ -132,12 +127,6 @@ class AbstractSpeed(AbstractDifferenced):
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         del model
         return trajectory.velocity
-
-    def filtered(
-        self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
-    ) -> Samples:
-        rates = self.rate(model, trajectory)
-        return low_pass.filtered(trajectory.ts, trajectory.velocity, rates)
 
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         del oscillator
