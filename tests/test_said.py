@@ -187,7 +187,7 @@ def taken(monkeypatch):
         found.extend(prepared)
         raise StoppedError
 
-    monkeypatch.setattr("impactjax._cli.fit._compared", stopped)
+    monkeypatch.setattr("impactjax._cli.fit.compared", stopped)
     return found
 
 
