@@ -234,7 +234,7 @@ def test_failed_page_leaves_no_files(tmp_path, monkeypatch, capsys):
     def failing(*given):
         raise RuntimeError("no page")
 
-    monkeypatch.setattr("impactjax._cli.fit._compared", lambda *given: [])
+    monkeypatch.setattr("impactjax._cli.fit.compared", lambda *given: [])
     monkeypatch.setattr("impactjax._report.write.document", lambda *given: {})
     monkeypatch.setattr("impactjax._report.write.page", failing)
     with pytest.raises(RuntimeError, match="no page"):
