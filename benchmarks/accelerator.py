@@ -49,12 +49,12 @@ def main() -> None:
             for size in sizes:
                 unit = np.random.default_rng(0).uniform(size=(size, 3))
                 values = jax.device_put(jnp.asarray(LOW + (HIGH - LOW) * unit), device)
-                seconds = []
+                seconds, results = [], []
                 for _ in range(3):
                     begun = time.perf_counter()
-                    result = np.asarray(batch(values))
+                    results.append(np.asarray(batch(values)))
                     seconds.append(time.perf_counter() - begun)
-                found.setdefault((name, size), []).append(result)
+                found.setdefault((name, size), []).append(results[-1])
                 rate = size / seconds[-1]
                 print(
                     f"| {device.platform} | {name} | {size} | {seconds[0]:.1f} | {seconds[-1]:.3f} "

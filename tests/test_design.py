@@ -187,3 +187,59 @@ def test_wrong_designs_are_refused(case):
     call, message = WRONG[case]
     with pytest.raises(ValueError, match=message):
         call()
+
+
+@pytest.mark.parametrize("criterion", [ij.WorstParameter(), ij.AOptimal(), ij.DOptimal()])
+def test_continuous_choice_reaches_its_optimum_however_small_the_errors(criterion):
+    """The noise of the clock is lowest at 1.6, between the points that cover the range."""
+    for clock in (1e-2, 1e-6):
+        candidates = ij.Candidates(
+            lambda model, q, clock=clock: drop(model, sigma=clock * (1 + 30 * (q - 1.6) ** 2)),
+            {"q": ij.Between(1.0, 2.5)},
+        )
+        found = ij.design(candidates, BALL, criterion, budget={"performances": 1}, refits=0)
+        np.testing.assert_allclose(found.performances[0].values["q"], 1.6, atol=1e-3)
+
+
+def test_small_losses_are_compared_relatively():
+    """Two cheap performances with 1.2 times the noise are better than one."""
+    candidates = ij.Candidates(
+        lambda model, q: drop(model, sigma=1e-6 * (1.0 if q else 1.2)),
+        {"q": [0, 1]},
+        cost=lambda q: {"s": 0.7 if q else 0.45},
+    )
+    found = ij.design(candidates, BALL, ij.WorstParameter(), budget={"s": 1.0}, refits=0)
+    assert [(each.number, each.values["q"]) for each in found.performances] == [(2, 0)]
+
+
+def test_cost_of_nothing_buys_no_more_than_the_goal_needs():
+    free = dataclasses.replace(SPEEDS, cost=lambda speed: {"s": 0.0})
+    asked = ij.Within({"r": 1.96 * error(2.5) / 1.5})
+    assert ij.design(free, BALL, asked, refits=0).costs["performances"] <= 5
+    never = dataclasses.replace(SPEEDS, cost=lambda speed: {"performances": 0.0})
+    assert ij.design(never, BALL, asked, refits=0).costs == {"performances": 3.0}
+
+
+def test_kinds_are_priced_by_the_same_resource():
+    one = {"speed": [1.0]}
+    kinds = [
+        ij.Candidates(drop, one, cost=lambda speed: {"s": 0.5}, name="dear"),
+        ij.Candidates(drop, one, name="free"),
+    ]
+    asked = ij.Within({"r": 1.96 * error(1.0) / math.sqrt(5.5)})
+    (only,) = ij.design(kinds, BALL, asked, refits=0).performances
+    assert (only.name, only.number) == ("free", 6)
+
+
+def test_parameter_that_is_to_be_found_cannot_be_chosen():
+    def other(model: ij.ImpactOscillator, r: float) -> ij.Experiment:
+        return drop(ij.ImpactOscillator(model.oscillator, ij.Stop(ij.Restitution(r))))
+
+    with pytest.raises(ValueError, match="`r` is to be found, so that it cannot be chosen"):
+        ij.design(ij.Candidates(other, {"r": [0.8, 0.79]}), BALL, ij.Within({"r": 0.1}))
+
+
+def test_plan_that_nothing_tells_says_so():
+    dear = dataclasses.replace(SPEEDS, cost=lambda speed: {"s": 10.0})
+    found = ij.design(dear, BALL, ij.WorstParameter(), budget={"s": 1.0}, refits=0)
+    assert str(found).startswith("No plan was found: no performance that the budget pays for")

@@ -89,3 +89,18 @@ def test_pulse_behind_a_measured_impulse_response():
     expected = MASS * compliant()
     found = shown(ij.KelvinVoigt(OMEGA, GAMMA), ij.ContactForce(), measured())
     np.testing.assert_allclose(found, expected, atol=5e-3 * np.abs(expected).max())
+
+
+def test_contact_at_the_first_sample_has_no_past():
+    """The mass flew freely before it touched the stop, and the force of a stop only pushes."""
+    model = ij.ImpactOscillator(ij.FreeMass(mass=MASS), ij.Stop(CONTACT))
+    start, sensor = ij.InitialState(0.0, -SPEED), ij.Sensor(low_pass=ij.Butterworth(CUTOFF))
+    plan = ij.Experiment(model, ij.planned(TS, ij.ContactForce()), start, sensor)
+    problem = build_problem(plan)
+    duration = math.pi / (OMEGA * math.sqrt(1 - GAMMA**2))
+    expected = [
+        MASS * integrate.quad(lambda s, t=t: response(t - s) * pulse(s), 0, min(t, duration))[0]
+        for t in TS
+    ]
+    found = np.asarray(problem.residuals(problem.start))
+    np.testing.assert_allclose(found, expected, atol=2e-2 * np.max(expected))

@@ -267,3 +267,12 @@ def test_prediction_of_nonlinear_function():
     expected = [(squares(v) - lowest) / (lowest / (len(TS) - 2)) for v in each.at]
     np.testing.assert_allclose(each.rise, expected, rtol=5e-3, atol=5e-3)
     assert each.shape is ij.ProfileShape.BOUNDED
+
+
+def test_known_profile_of_another_parameter_is_refused(decay):
+    known = ij.profiles(decay, "p1", points=5)
+    with pytest.raises(ValueError, match="has the profile of `p1` as `p0`"):
+        ij.profiles(decay, "p0", points=7, known={"p0": known["p1"]})
+    moved = eqx.tree_at(lambda each: each.values, decay, decay.values * 1.01)
+    with pytest.raises(ValueError, match="is one of another estimate"):
+        ij.profiles(moved, "p1", points=7, known=known)

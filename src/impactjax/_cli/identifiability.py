@@ -44,6 +44,8 @@ def identifiability_command(
     """  # noqa: D301  Click takes the backspace as "do not wrap"
     try:
         if path.suffix == _PLAN:
+            if laws or system or sidecar:
+                raise Refusal("a plan says all itself; omit --law, --system and --sidecar.")
             text = _of_plan(path)
         else:
             text = _of_recording(path, laws, system, sidecar)

@@ -12,6 +12,8 @@ from impactjax._problem.experiment import Experiment
 Values = Mapping[str, float]
 Posed = Experiment | Sequence[Experiment]
 
+PERFORMANCES = "performances"  # a resource of which each performance takes one
+
 _STEPS = {1: 9, 2: 5}  # values of each range, if one or two are varied together
 _POINTS = 32  # points, if more are
 
@@ -56,7 +58,8 @@ class Candidates:
 
     def __post_init__(self) -> None:
         for name, each in self.choices.items():
-            if not isinstance(each, Between) and (isinstance(each, str) or not len(each)):
+            listed = isinstance(each, Sequence | np.ndarray) and not isinstance(each, str)
+            if not isinstance(each, Between) and not (listed and len(each)):
                 raise ValueError(f"Choice `{name}` needs a range, Between(a, b), or some values.")
 
     @property
@@ -80,7 +83,7 @@ class Candidates:
         for name, each in found.items():
             if not 0 <= each < math.inf:
                 raise ValueError(f"The cost `{name}` must be a number from 0 on, but is {each}.")
-        return {"performances": 1.0, **found}
+        return {PERFORMANCES: 1.0} | found | {PERFORMANCES: 1.0}
 
 
 def _covering(ranges: Mapping[str, Between]) -> list[dict[str, float]]:
@@ -93,7 +96,7 @@ def _covering(ranges: Mapping[str, Between]) -> list[dict[str, float]]:
     elif ranges:
         from scipy.stats import qmc
 
-        unit = qmc.Sobol(len(ranges), rng=0).random(_POINTS)
+        unit = qmc.Sobol(len(ranges), scramble=False).random(_POINTS)
     else:
         return [{}]
     return [dict(zip(ranges, row, strict=True)) for row in (low + (high - low) * unit).tolist()]

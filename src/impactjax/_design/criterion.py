@@ -183,12 +183,20 @@ def _variances(covariances: Covariances) -> Float[AnyArray, "... models paramete
 def _as_names(given: Sequence[str]) -> tuple[str, ...]:
     if isinstance(given, str):
         raise TypeError(f"Argument `names` must be a list of names: ['{given}'].")
-    return tuple(given)
+    names = tuple(given)
+    if len({*names}) < len(names):
+        raise ValueError(f"A parameter is named twice: {', '.join(names)}.")
+    return names
 
 
 def _as_asked(
     given: Mapping[str, float] | tuple[tuple[str, float], ...],
 ) -> tuple[tuple[str, float], ...]:
+    if not isinstance(given, Mapping | tuple):
+        raise TypeError(f'A goal is a table, as in Within({{"k": 0.05}}), but it is {given!r}.')
+    for name, width in dict(given).items():
+        if not isinstance(width, int | float):
+            raise TypeError(f"The half-width asked of `{name}` must be a number, but is {width!r}.")
     asked = tuple((name, float(width)) for name, width in dict(given).items())
     if not asked:
         raise ValueError('A goal names at least one parameter, as in Within({"k": 0.05}).')

@@ -13,7 +13,7 @@ from impactjax._design.certificate import least_loss, least_price
 from impactjax._design.criterion import AbstractCriterion, Within, half_widths
 from impactjax._design.plan import Design, Expected, Performance
 from impactjax._design.posed import Informed, recordings
-from impactjax._design.question import Question, check_budget
+from impactjax._design.question import Question, resource_of
 from impactjax._design.refine import Chosen, refined
 from impactjax._design.refits import Refits, refitted
 from impactjax._design.repeats import Numbers, Task, best_numbers, covariances
@@ -72,17 +72,20 @@ def design(
     check_kind("criterion", criterion, AbstractCriterion, 'Within({"k": 0.05})')
     if criterion.goal == -math.inf and not budget:
         raise ValueError('State a budget, as in budget={"performances": 5}: more is always better.')
-    check_budget(kinds, budget or {})
+    if isinstance(refits, bool) or not isinstance(refits, int) or refits < 0:
+        raise ValueError(f"Argument `refits` must be a whole number from 0 on, but it is {refits}.")
+    resource = resource_of(kinds, budget or {})
     points = [Chosen(each, values, 0) for each in kinds for values in each.points()]
     done = [Chosen(_again(each), {}, 1) for each in performed]
     informed = Informed(possible, _longest(possible[0], [*points, *done]))
     tell(f"information in {len(points)} candidates")
+    informed.check_alike(points[0].candidates, points[0].values)
     good = [each for each in points if np.isfinite(informed.of(each.candidates, each.values)).all()]
     if not good:
         raise ValueError("None of the candidates can be simulated.")
     own = [informed.of(each.candidates, each.values) for each in done]
     before = sum(own, informed.of_priors(priors or {}))
-    question = Question(informed, criterion, budget or {}, before)
+    question = Question(informed, criterion, budget or {}, before, resource)
     question.check()
     plan, task, numbers = _best(question, good, tell)
     motions = [
@@ -201,9 +204,12 @@ def _longest(model: ImpactOscillator, points: Sequence[Chosen]) -> int:
 
 
 def _several(given: T | Sequence[T], kind: type[T], example: str) -> tuple[T, ...]:
-    several = (given,) if isinstance(given, kind) else tuple(given)  # pyright: ignore
+    argument = "candidates" if kind is Candidates else "models"
+    if not isinstance(given, Sequence):
+        check_kind(argument, given, kind, example)
+    several = tuple(given) if isinstance(given, Sequence) else (given,)
     for each in several:
-        check_kind("candidates" if kind is Candidates else "models", each, kind, example)
+        check_kind(argument, each, kind, example)
     if not several:
         raise ValueError(f"Give at least one: {example}.")
     return several

@@ -5,6 +5,7 @@ import math
 from collections.abc import Mapping
 
 from impactjax._design.criterion import AbstractCriterion, Within
+from impactjax._design.repeats import MOST
 from impactjax._number_format import interval, with_unit
 
 
@@ -107,16 +108,25 @@ class Design:
 
     def _verdict(self) -> str:
         if not isinstance(self.criterion, Within):
+            if not self.performances:
+                return f"No plan was found: {self._nothing}."
             return f"The best plan found leaves a relative error of {100 * self.size:.2g} %."
         asked = ", ".join(f"{name} within {100 * x:.3g} %" for name, x in self.criterion.asked)
+        if not self.reached and not self.performances:
+            return f"No plan was found that tells {asked}: {self._nothing}."
         if not self.reached:
+            most = "within the budget" if self.budget else f"with {MOST} performances"
             return (
-                f"No plan was found that tells {asked}: within the budget the intervals are "
-                f"{self.size:.3g} times as wide."
+                f"No plan was found that tells {asked}: {most} the intervals are {self.size:.3g} "
+                "times as wide."
             )
         if not self.performances:
             return f"What is known already tells {asked}."
         return f"This plan tells {asked}:"
+
+    @property
+    def _nothing(self) -> str:
+        return "no performance that the budget pays for tells anything of it"
 
     def _plan(self) -> list[str]:
         costs = ", ".join(
@@ -131,7 +141,10 @@ class Design:
 
     def _limits(self) -> list[str]:
         found = []
-        if self.least_share > 0:
+        number = sum(each.number for each in self.performances)
+        if number >= MOST:
+            found.append(f"No more than {MOST} performances are planned.")
+        if self.least_share > 0 and number > 1:
             found.append(
                 f"No plan of these candidates takes less than {self.least_share:.0%} of it."
             )

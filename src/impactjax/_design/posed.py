@@ -54,6 +54,14 @@ class Informed:
             self.found[key] = [self._table(i, each) for i, each in enumerate(posed)]
         return self._matrices(self.found[key])
 
+    def check_alike(self, candidates: Candidates, values: Values) -> None:
+        """Raises `ValueError` if the models do not have the same parameters."""
+        self.of(candidates, values)
+        for other in self.values[1:]:
+            if other.keys() != self.values[0].keys():
+                first, second = (", ".join(each) for each in (self.values[0], other))
+                raise ValueError(f"The models have different parameters: {first}; {second}.")
+
     def of_priors(self, priors: Mapping[str, Normal]) -> Matrices:
         """Prior knowledge, each an observation of one parameter."""
         count = len(self.names)
@@ -61,7 +69,9 @@ class Informed:
         for name, prior in priors.items():
             check_kind("priors", prior, Normal, "Normal(0.071, 0.001)")
             if name not in self.names:
-                raise ValueError(f"There is no parameter `{name}`: {', '.join(self.names)} are.")
+                raise ValueError(
+                    f"`priors` speak of `{name}`, which is not fitted; {', '.join(self.names)} are."
+                )
             at = self.names.index(name)
             for i, values in enumerate(self.values):
                 total[i, at, at] += (_size(values[name]) / float(prior.sigma)) ** 2
@@ -92,7 +102,12 @@ class Informed:
             if name not in self.names:
                 self.names.append(name)
             at = told.names.index(name)
-            self.values[model][name] = float(told.values[at])
+            value = float(told.values[at])
+            if self.values[model].setdefault(name, value) != value:
+                raise ValueError(
+                    f"`{name}` is to be found, so that it cannot be chosen: the candidates have "
+                    f"it at {self.values[model][name]:.6g} and {value:.6g}."
+                )
             self.units[name], self.positive[name] = told.units[at], told.positive[at]
 
     def _matrices(self, tables: Sequence[Mapping[tuple[str, str], float]]) -> Matrices:
@@ -104,12 +119,17 @@ class Informed:
 def recordings(candidates: Candidates, model: ImpactOscillator, values: Values) -> list[Experiment]:
     """The recordings of one performance, of one motion."""
     posed = candidates.experiment(model, **values)
-    several = [posed] if isinstance(posed, Experiment) else list(posed)
+    several = [posed] if isinstance(posed, Experiment) else posed
+    if not isinstance(several, Sequence) or not several:
+        raise TypeError(
+            "The function of the candidates must return an Experiment, or several of one motion, "
+            f"but it returned {posed!r}."
+        )
     for each in several:
         check_kind("experiment", each, Experiment, "Experiment(model, planned(...), initial)")
         if each.priors:
             raise ValueError("Prior knowledge counts once: give it to `design`, as `priors`.")
-    return several
+    return list(several)
 
 
 def _size(value: float) -> float:

@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
-from impactjax._design.candidates import Candidates
+from impactjax._design.candidates import PERFORMANCES, Candidates
 from impactjax._design.criterion import AbstractCriterion, Within
 from impactjax._design.posed import Informed, Matrices
 from impactjax._design.refine import Chosen
 from impactjax._design.repeats import Task
 from impactjax._known import AnyArray
-
-PERFORMANCES = "performances"
+from impactjax._refusal import check_kind
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,12 +22,14 @@ class Question:
     - `informed`: information in each candidate.
     - `criterion`, `budget`: criterion, and what there is of each resource.
     - `before`: information that exists already.
+    - `resource`: what is to be saved at a goal without a budget.
     """
 
     informed: Informed
     criterion: AbstractCriterion
     budget: Mapping[str, float]
     before: Matrices
+    resource: str
 
     @property
     def own(self) -> Int[AnyArray, " own"]:
@@ -86,25 +87,30 @@ class Question:
         return np.array([own.get(name, 0.0) / most for name, most in self.budget.items()])
 
     def _price(self, point: Chosen) -> float:
-        """The shares of the budget together; without a budget, the only resource there is."""
+        """The shares of the budget together; without a budget, what is to be saved."""
         if self.budget:
             return float(self._relative(point).sum())
-        own = point.candidates.costs(point.values)
-        other = [each for name, each in own.items() if name != PERFORMANCES]
-        return other[0] if other else own[PERFORMANCES]
+        return point.candidates.costs(point.values).get(self.resource, 0.0)
 
 
-def check_budget(candidates: Sequence[Candidates], budget: Mapping[str, float]) -> None:
-    """Raises `ValueError` for an unknown resource, one of which there is nothing, and for several
-    resources of which none has a budget.
+def resource_of(candidates: Sequence[Candidates], budget: Mapping[str, float]) -> str:
+    """The resource to save at a goal without a budget: the only one that candidates name, or the
+    number of performances.
+
+    **Raises** `ValueError` for an unknown resource in the budget, one of which there is nothing,
+    and for several resources of which none has a budget.
     """
+    check_kind("budget", budget, Mapping, "{'performances': 5}")
     first = [(each, each.points()[0]) for each in candidates]
     known = dict.fromkeys(name for each, point in first for name in each.costs(point))
     for name, most in budget.items():
         if name not in known:
             raise ValueError(f"The budget names `{name}`, which no candidate takes.")
-        if not most > 0:
+        if not isinstance(most, int | float) or not most > 0:
             raise ValueError(f"The budget of `{name}` must be positive, but it is {most}.")
-    if not budget and len(known) > 2:
-        named = ", ".join(name for name in known if name != PERFORMANCES)
-        raise ValueError(f"State a budget of {named}: without one they cannot be weighed.")
+    named = [name for name in known if name != PERFORMANCES]
+    if not budget and len(named) > 1:
+        raise ValueError(
+            f"State a budget of {', '.join(named)}: without one they cannot be weighed."
+        )
+    return named[0] if named else PERFORMANCES

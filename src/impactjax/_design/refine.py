@@ -61,6 +61,8 @@ def refined(
     if not start.size:
         return list(plan)
 
+    size = abs(objective(plan)) or 1.0  # the search ends at an absolute change
+
     def at(unit: Unit) -> list[Chosen]:
         parts = np.split(unit, cuts[:-1])
         return [each.at(part) for each, part in zip(plan, parts, strict=True)]
@@ -69,11 +71,12 @@ def refined(
         found = []
         for step in _STEP * np.eye(len(unit)):
             ahead, behind = np.minimum(unit + step, 1), np.maximum(unit - step, 0)
-            found.append((objective(at(ahead)) - objective(at(behind))) / (ahead - behind).sum())
+            change = objective(at(ahead)) - objective(at(behind))
+            found.append(change / (ahead - behind).sum() / size)
         return np.array(found)
 
     result = optimize.minimize(
-        lambda unit: objective(at(unit)),
+        lambda unit: objective(at(unit)) / size,
         start,
         jac=slopes,
         bounds=[(0.0, 1.0)] * len(start),

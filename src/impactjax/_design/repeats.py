@@ -14,7 +14,7 @@ from impactjax._known import AnyArray
 
 Numbers = Num[AnyArray, " candidates"]
 
-_MOST = 1000  # performances
+MOST = 1000  # performances
 _TINY = 1e-9  # relative improvement that counts as none
 _NOTHING = 1e-8  # information about a parameter of which nothing is known: an error of 10⁴
 
@@ -68,7 +68,7 @@ def best_numbers(task: Task) -> Numbers:
 
 def _rank(task: Task, numbers: Numbers) -> tuple[float, float]:
     loss = float(task.losses(task.total(numbers)))
-    return (round(loss, 9), float(numbers @ task.price))
+    return (float(f"{loss:.9g}"), float(numbers @ task.price))
 
 
 def _alone(task: Task) -> list[Numbers]:
@@ -85,7 +85,7 @@ def _filled(task: Task, numbers: Numbers, allowed: np.ndarray | None = None) -> 
     is used or the goal reached.
     """
     allowed = np.ones(len(numbers), bool) if allowed is None else allowed
-    while numbers.sum() < _MOST:
+    while numbers.sum() < MOST:
         total = task.total(numbers)
         now, then = task.losses(total), task.losses(total + task.matrices)
         gain = (now - then) / np.maximum(task.price, 1e-12)
@@ -101,15 +101,17 @@ def _exchanged(task: Task, numbers: Numbers) -> Numbers:
     """A plan improved by single removals, additions and exchanges, as long as one helps: a lower
     loss, or a lower price at the goal, or there a lower loss at no higher price.
     """
-    for _ in range(10 * _MOST):
+    for _ in range(10 * MOST):
         moves = _moves(numbers)
-        moves = moves[((numbers + moves) @ task.costs <= 1 + _TINY).all(axis=1)]
+        inside = ((numbers + moves) @ task.costs <= 1 + _TINY).all(axis=1)
+        moves = moves[inside & ((numbers + moves).sum(axis=1) <= MOST)]
         total, price = task.total(numbers), moves @ task.price
         own = task.criterion.loss(task.covariances(total))
         then = task.criterion.loss(task.covariances(total + np.tensordot(moves, task.matrices, 1)))
+        no_more = (price < _TINY) & (moves.sum(axis=1) <= 0)
         goal, less = task.criterion.goal, own - _TINY * np.abs(own)
         helps = np.where(own > goal, then < less, then <= goal) & (
-            (own > goal) | (price < -_TINY) | ((price < _TINY) & (then < less))
+            (own > goal) | (price < -_TINY) | (no_more & (then < less))
         )
         if not helps.any():
             break

@@ -59,6 +59,9 @@ def fit_together(
     `shared` and `own`, and for an experiment with `NormalScatter()`.
     """
     check_search(starts, optimiser)
+    for argument, names in (("shared", shared), ("own", own)):
+        if isinstance(names, str):
+            raise TypeError(f"Argument `{argument}` must be a list of names: ['{names}'].")
     if not experiments:
         raise ValueError("There is no experiment to fit.")
     for experiment in experiments:

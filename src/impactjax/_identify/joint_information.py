@@ -32,6 +32,8 @@ def joint_information(parts: Sequence[Information], *, shared: Sequence[str] = (
         raise ValueError("There is no information to join.")
     for each in parts:
         check_kind("parts", each, Information, "information(experiment)")
+    if isinstance(shared, str):
+        raise TypeError(f"Argument `shared` must be a list of names: ['{shared}'].")
     for name in shared:
         if not any(name in each.names for each in parts):
             raise ValueError(f"No part has a parameter `{name}`.")

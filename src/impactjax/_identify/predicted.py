@@ -54,7 +54,7 @@ def predicted(
     """
     check_profiled(estimate, points)
     if not isinstance(estimate.problem, Problem):
-        raise ValueError("A prediction is of one recording: take `of_experiment(estimate, index)`.")
+        raise ValueError("A prediction is of one recording that was fitted alone.")
     refits = refits_of(estimate, optimiser, Search())
     u = np.asarray(refits.problem.coordinates(np.asarray(estimate.values)))[None]
     (centre,), slopes = told(refits, quantity, u)

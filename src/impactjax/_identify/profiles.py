@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.profile import limit_of
 from impactjax._fit.refits import Refits, refits_of
@@ -54,6 +56,7 @@ def profiles(
     refits = refits_of(estimate, optimiser, usual_search(estimate.problem))
     limit = limit_of(estimate)
     begin, old = begun_curves(estimate, refits, names, limit), known or {}
+    _check_known(estimate, old)
     knots, spans = [each.knots for each in begin], [each.span for each in begin]
     kept = [
         old[x].knots if x in old else own.taken([]) for x, own in zip(names, knots, strict=True)
@@ -63,6 +66,17 @@ def profiles(
         name: _profile(estimate, refits, name, each, own, limit)
         for name, each, own in zip(names, begin, found, strict=True)
     }
+
+
+def _check_known(estimate: Estimate[P], known: Mapping[str, Profile]) -> None:
+    """Raises `ValueError` for profiles that are not those of the estimate under their names."""
+    check_kind("known", known, Mapping, 'profiles(estimate, "k")')
+    for name, each in known.items():
+        check_kind("known", each, Profile, 'profiles(estimate, "k")["k"]')
+        if name != each.name or each.name not in estimate.names:
+            raise ValueError(f"Argument `known` has the profile of `{each.name}` as `{name}`.")
+        if not np.isclose(each.value, float(estimate[name].value), rtol=1e-12):
+            raise ValueError(f"The known profile of `{name}` is one of another estimate.")
 
 
 def _profile(

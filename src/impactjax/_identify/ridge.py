@@ -16,6 +16,7 @@ from impactjax._identify.pair_inflation import PairInflation, pair_inflation
 from impactjax._identify.profiles import check_names, check_profiled
 from impactjax._identify.rows import Rows, rows_of
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._refusal import check_kind
 
 _ALPHA = 0.05
 
@@ -53,13 +54,24 @@ class Ridge:
 
     def threshold(self, confidence: float = 0.95) -> float:
         """The rise that bounds a region of both parameters: 2 F, with the quantile F of Fisher's
-        distribution for two parameters.
+        distribution for two parameters. Raises `ValueError` unless 0 < confidence < 1.
         """
+        if not 0 < confidence < 1:
+            raise ValueError(f"A confidence is between 0 and 1, but it is {confidence}.")
         return _threshold(self.freedom, 1 - confidence)
 
     def inside(self, confidence: float = 0.95) -> Bool[np.ndarray, "rows points"]:
         """True for the points in a region of both parameters."""
         return self.rise <= self.threshold(confidence)
+
+
+def _check_known(estimate: Estimate[P], names: tuple[str, str], known: Ridge) -> None:
+    """Raises `ValueError` for a ridge of other parameters, or of another estimate."""
+    if known.names != names:
+        raise ValueError(f"The known ridge is one of {' and '.join(known.names)}.")
+    values = [float(estimate[name].value) for name in names]
+    if not np.allclose(known.best, values, rtol=1e-12):
+        raise ValueError("The known ridge is one of another estimate.")
 
 
 def ridge(
@@ -91,10 +103,11 @@ def ridge(
     """
     check_profiled(estimate, min(points))
     check_names(estimate, (first, second))
-    freedom, refits = (
-        float(estimate.freedom),
-        refits_of(estimate, optimiser, usual_search(estimate.problem)),
-    )
+    if known is not None:
+        check_kind("known", known, Ridge, "ridge(estimate, 'k', 'c')")
+        _check_known(estimate, (first, second), known)
+    freedom = float(estimate.freedom)
+    refits = refits_of(estimate, optimiser, usual_search(estimate.problem))
     limit = math.sqrt(_threshold(freedom, _ALPHA))
     begin = begun_curves(estimate, refits, [first], limit)[0]
     kept = begin.knots.taken([]) if known is None else known.rows.floor

@@ -6,7 +6,7 @@ from typing import Annotated
 import msgspec
 
 from impactjax._record.file_error import FileError
-from impactjax._record.sidecar import BaseTable, SensorTable, UpperTable
+from impactjax._record.sidecar import BaseTable, SensorTable, UpperTable, check_complete
 from impactjax._record.text import read_text
 from impactjax._record.toml_tables import Finite, Positive, line_of, tables_in
 
@@ -80,6 +80,7 @@ def read_plan(path: Path) -> PlanFile:
     """A plan. Raises `FileError`."""
     text = read_text(path)
     plan = tables_in(path, text, PlanFile)
+    check_complete(path, text, plan.upper, plan.base)
     if plan.sensor.sigma is None:
         place = line_of(text, "sensor")
         problem = "a plan needs the size of the noise"

@@ -34,7 +34,7 @@ from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Flag, Numbers, Samples, Scalar
 
-_PADDING = 1e-3  # spacing of padding samples, relative to that of the others
+_PADDING = 0.02  # spacing of padding samples, relative to that of the others
 
 
 class Recording(AbstractRecording):

@@ -93,7 +93,7 @@ def read_sidecar(path: Path) -> Sidecar:
     text = read_text(path)
     sidecar = tables_in(path, text, Sidecar)
     _check_sensor(path, text, sidecar.sensor)
-    _check_complete(path, text, sidecar)
+    check_complete(path, text, sidecar.upper, sidecar.base)
     _check_read(path, text, sidecar.read)
     return sidecar
 
@@ -108,9 +108,8 @@ def _check_sensor(path: Path, text: str, sensor: SensorTable) -> None:
         raise FileError(path, place, f"`{key}` and `cutoff` are two low-passes", "give one of them")
 
 
-def _check_complete(path: Path, text: str, sidecar: Sidecar) -> None:
+def check_complete(path: Path, text: str, upper: UpperTable, base: BaseTable) -> None:
     """Checks that a second stop has a position, and a moving base an amplitude and a frequency."""
-    upper, base = sidecar.upper, sidecar.base
     if upper.law is not None and upper.gap is None:
         place = line_of(text, "upper")
         raise FileError(path, place, "the upper stop has no position", "add `gap` under [upper]")

@@ -17,7 +17,7 @@ from impactjax._first_look.coordinate import (
 )
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._sensor.forces import acceleration, slopes
+from impactjax._sensor.forces import acceleration, free_acceleration, slopes
 from impactjax._sensor.low_pass import AbstractLowPass
 from impactjax._shown import with_numbers
 from impactjax._simulate.trajectory import Trajectory
@@ -138,7 +138,8 @@ class AbstractPulsed(AbstractDifferenced):
     and a rest without pulses.
 
     A low-pass filters the acceleration as the second derivative of the coordinate, which holds the
-    whole impulse of a contact, however short.
+    whole impulse of a contact, however short. Before the first sample the motion was free, or at
+    rest.
     """
 
     @abc.abstractmethod
@@ -150,7 +151,12 @@ class AbstractPulsed(AbstractDifferenced):
     ) -> Samples:
         ts, factor = trajectory.ts, self.factor(model)
         inner = acceleration(model, trajectory)
-        before = inner[0], slopes(ts, inner)[0]
+        free = free_acceleration(model, trajectory)
+        flies = jnp.abs(free[0]) <= jnp.abs(inner[0])  # a contact at the first sample begins there
+        before = (
+            jnp.where(flies, free[0], inner[0]),
+            jnp.where(flies, slopes(ts, free)[0], 0.0),
+        )
         pulses = low_pass.filtered_acceleration(
             ts, trajectory.position, trajectory.velocity, before
         )

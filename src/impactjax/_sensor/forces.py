@@ -21,7 +21,7 @@ def contact_force(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
     """
     total = jnp.where(
         _rests(trajectory),
-        -inertia(model) * _free(model, trajectory),
+        -inertia(model) * free_acceleration(model, trajectory),
         jnp.zeros_like(trajectory.ts),
     )
     for wall in walls(model):
@@ -33,7 +33,7 @@ def contact_force(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
 
 def acceleration(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
     """Second derivative of the coordinate [rad/s²] or [m/s²]."""
-    free = _free(model, trajectory)
+    free = free_acceleration(model, trajectory)
     driven = free + contact_force(model, trajectory) / inertia(model)
     velocity = trajectory.velocity
     resistance = model.oscillator.resistance(jnp.abs(velocity))
@@ -47,7 +47,7 @@ def proper_acceleration(model: ImpactOscillator, trajectory: Trajectory) -> Samp
     """Proper acceleration, as of an accelerometer on the mass: contact and drag force divided by
     the mass [m/s²]. Zero in free fall, upwards positive.
     """
-    felt = acceleration(model, trajectory) - _free(model, trajectory)
+    felt = acceleration(model, trajectory) - free_acceleration(model, trajectory)
     return model.oscillator.lever() * felt
 
 
@@ -65,8 +65,8 @@ def inertia(model: ImpactOscillator) -> Float[Array, "..."]:
     return model.oscillator.mass * model.oscillator.lever()
 
 
-def _free(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-    """Acceleration without contact and resistance."""
+def free_acceleration(model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+    """Acceleration without contact and resistance [rad/s²] or [m/s²]."""
     free = model.oscillator.acceleration(trajectory.ts, trajectory.position, trajectory.velocity)
     return jnp.broadcast_to(free, trajectory.ts.shape)
 

@@ -107,6 +107,7 @@ def _analysed(
     for column in values.reshape(-1, int(np.prod(own))).T:
         indices = {}
         if np.ptp(column) > 0:
+            column = column / np.ptp(column)  # squares of very small or large numbers vanish
             indices = analyze(  # takes a seed of 0 for none
                 unit_cube(names), column, calc_second_order=pairs, seed=seed + 1
             )
