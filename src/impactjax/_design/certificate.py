@@ -12,7 +12,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from impactjax._design.repeats import Numbers, Task, covariances
+from impactjax._design.allocation import Numbers, Task, covariances
 from impactjax._known import AnyArray
 
 

@@ -8,15 +8,15 @@ from typing import TypeVar
 import jax
 import numpy as np
 
+from impactjax._design.allocation import Numbers, Task, best_numbers, covariances
 from impactjax._design.candidates import Candidates
 from impactjax._design.certificate import least_loss, least_price
 from impactjax._design.criterion import AbstractCriterion, Within, half_widths
+from impactjax._design.informed import Informed, recordings
 from impactjax._design.plan import Design, Expected, Performance
-from impactjax._design.posed import Informed, recordings
 from impactjax._design.question import Question, resource_of
 from impactjax._design.refine import Chosen, refined
 from impactjax._design.refits import Refits, refitted
-from impactjax._design.repeats import Numbers, Task, best_numbers, covariances
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.prior import Normal

@@ -4,8 +4,8 @@ import dataclasses
 import math
 from collections.abc import Mapping
 
+from impactjax._design.allocation import MOST
 from impactjax._design.criterion import AbstractCriterion, Within
-from impactjax._design.repeats import MOST
 from impactjax._number_format import interval, with_unit
 
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
+from impactjax._design.allocation import Task
 from impactjax._design.candidates import PERFORMANCES, Candidates
 from impactjax._design.criterion import AbstractCriterion, Within
-from impactjax._design.posed import Informed, Matrices
+from impactjax._design.informed import Informed, Matrices
 from impactjax._design.refine import Chosen
-from impactjax._design.repeats import Task
 from impactjax._known import AnyArray
 from impactjax._refusal import check_kind
 

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Key
 
-from impactjax._design.posed import OF_MOTION
+from impactjax._design.informed import OF_MOTION
 from impactjax._fit.evaluation import evaluate_each
 from impactjax._fit.search import Search, Searches, lowest
 from impactjax._fit.synthetic import synthetic

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import impactjax as ij
+from impactjax._design.allocation import Task, best_numbers
 from impactjax._design.certificate import least_loss, least_price
 from impactjax._design.criterion import half_widths
-from impactjax._design.repeats import Task, best_numbers
 from tiers import quick
 
 pytestmark = quick
