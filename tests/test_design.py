@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -85,6 +86,18 @@ def test_refits_attain_the_expected_half_width():
     told = found.expected["r"]
     assert found.failed == 0
     assert abs(told.attained / told.half_width - 1) < 0.35  # three standard errors of a spread
+
+
+def test_figure_shows_what_is_expected_and_asked():
+    asked = 1.959964 * error(2.5) / math.sqrt(3.5)
+    found = ij.design(SPEEDS, BALL, ij.Within({"r": asked}), refits=2)
+    _, ax = plt.subplots()
+    drawn = ij.plot.design(ax, found).lines
+    lines = {line.get_label(): np.asarray(line.get_xdata()) for line in drawn}
+    np.testing.assert_allclose(lines["asked"], [asked])
+    np.testing.assert_allclose(lines["expected"], [1.959964 * error(2.5) / 2], rtol=1e-5)
+    np.testing.assert_allclose(lines["2 refits"], [found.expected["r"].attained])
+    plt.close("all")
 
 
 def test_performed_experiments_and_priors_count():

@@ -5,6 +5,7 @@ from impactjax._report.coupling_figures import plot_correlation as correlation
 from impactjax._report.coupling_figures import plot_directions as directions
 from impactjax._report.coupling_figures import plot_sensitivities as sensitivities
 from impactjax._report.couplings_figure import plot_couplings as couplings
+from impactjax._report.design_figure import plot_design as design
 from impactjax._report.fit_figures import plot_fit as fit
 from impactjax._report.fit_figures import plot_residuals as residuals
 from impactjax._report.profile_figures import plot_profile as profile
@@ -23,6 +24,7 @@ __all__ = [
     "check",
     "correlation",
     "couplings",
+    "design",
     "directions",
     "first_look",
     "fit",

@@ -39,6 +39,10 @@ class AbstractCriterion(eqx.Module):
         """The loss that is small enough; −∞ if a smaller one is always better."""
 
     @abc.abstractmethod
+    def asked_widths(self) -> dict[str, float]:
+        """The relative half-widths that a goal asks for; none without a goal."""
+
+    @abc.abstractmethod
     def size(self, loss: float) -> float:
         """The loss as a relative standard error [1]; as a ratio to what was asked if there is a
         goal.
@@ -64,6 +68,9 @@ class DOptimal(AbstractCriterion):
     @property
     def goal(self) -> float:
         return -math.inf
+
+    def asked_widths(self) -> dict[str, float]:
+        return {}
 
     def loss(self, covariances: Covariances) -> Losses:
         _, logs = np.linalg.slogdet(covariances)
@@ -94,6 +101,9 @@ class AOptimal(AbstractCriterion):
     def goal(self) -> float:
         return -math.inf
 
+    def asked_widths(self) -> dict[str, float]:
+        return {}
+
     def loss(self, covariances: Covariances) -> Losses:
         return _variances(covariances).mean(axis=(-2, -1))
 
@@ -121,6 +131,9 @@ class WorstParameter(AbstractCriterion):
     @property
     def goal(self) -> float:
         return -math.inf
+
+    def asked_widths(self) -> dict[str, float]:
+        return {}
 
     def loss(self, covariances: Covariances) -> Losses:
         return _variances(covariances).max(axis=-1).mean(axis=-1)
@@ -162,6 +175,9 @@ class Within(AbstractCriterion):
     @property
     def goal(self) -> float:
         return 1.0
+
+    def asked_widths(self) -> dict[str, float]:
+        return dict(self.asked)
 
     def size(self, loss: float) -> float:
         return math.sqrt(loss)

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping
 
 from impactjax._design.allocation import MOST
-from impactjax._design.criterion import AbstractCriterion, Within
+from impactjax._design.criterion import AbstractCriterion
 from impactjax._number_format import interval, with_unit
 
 
@@ -107,11 +107,13 @@ class Design:
         return "\n".join([self._verdict(), *self._plan(), *self._told(), *self._limits()])
 
     def _verdict(self) -> str:
-        if not isinstance(self.criterion, Within):
+        if not self.criterion.asked_widths():
             if not self.performances:
                 return f"No plan was found: {self._nothing}."
             return f"The best plan found leaves a relative error of {100 * self.size:.2g} %."
-        asked = ", ".join(f"{name} within {100 * x:.3g} %" for name, x in self.criterion.asked)
+        asked = ", ".join(
+            f"{name} within {100 * x:.3g} %" for name, x in self.criterion.asked_widths().items()
+        )
         if not self.reached and not self.performances:
             return f"No plan was found that tells {asked}: {self._nothing}."
         if not self.reached:
