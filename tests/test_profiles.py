@@ -276,3 +276,10 @@ def test_known_profile_of_another_parameter_is_refused(decay):
     moved = eqx.tree_at(lambda each: each.values, decay, decay.values * 1.01)
     with pytest.raises(ValueError, match="is one of another estimate"):
         ij.profiles(moved, "p1", points=7, known=known)
+
+
+def test_part_of_a_joint_estimate_has_no_profile(decay):
+    """Its costs are those of the joint fit, in other units."""
+    part = eqx.tree_at(lambda each: each.start_costs, decay, 400 * decay.start_costs)
+    with pytest.raises(ValueError, match="a part of a joint one"):
+        ij.profiles(part)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+import jax.numpy as jnp
 import numpy as np
 
 from impactjax._fit.estimate import Estimate, P
@@ -14,6 +15,7 @@ from impactjax._identify.profile_curve import Profile, profile_along
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._refusal import check_kind
 
+_SAME = 1e-3  # relative difference of two costs that counts as none
 _FEWEST = 5  # points of a curve
 
 
@@ -101,6 +103,12 @@ def check_profiled(estimate: Estimate[P], points: int) -> None:
         )
     if not bool(estimate.usable):
         raise ValueError(f"The estimate has no profile, since its fit {_failed(estimate)}.")
+    cost = float(np.sum(estimate.problem.assumed().loss.cost(jnp.asarray(estimate.residuals))))
+    if not np.isclose(cost, np.nanmin(estimate.start_costs), rtol=_SAME):
+        raise ValueError(
+            "This estimate is a part of a joint one, whose values are not the minimum of this "
+            "recording alone: take the joint estimate, or fit the recording alone."
+        )
     if points < _FEWEST:
         raise ValueError(f"Argument `points` must be at least {_FEWEST}, but it is {points}.")
 
