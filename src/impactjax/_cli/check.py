@@ -19,9 +19,8 @@ from impactjax._cli.options import (
     options,
     surveyed,
 )
-from impactjax._cli.refusal import Refusal, check_names
+from impactjax._cli.refusal import Refusal, check_names, refusals_told
 from impactjax._compare.oscillators import OSCILLATORS
-from impactjax._record.file_error import FileError
 from impactjax._report.check_figure import write_check
 
 _SUFFIX = "-check.png"  # added to the name of a recording
@@ -50,7 +49,7 @@ def check_command(
       impactjax check swing.csv bounces.wav --out results
       impactjax check drop.csv --system bouncing-ball
     """  # noqa: D301  Click takes the backspace as "do not wrap"
-    try:
+    with refusals_told():
         check_names([], system)
         said = options(free or [], fix or [])
         oscillator = None if system is None else OSCILLATORS[system]()
@@ -59,14 +58,11 @@ def check_command(
         targets = _targets(out, once, force)
         for check in checks:
             typer.echo(f"{check}\n")
-        for target, check in zip(targets, checks, strict=bool(targets)):
-            write_check(target, check, force)
-    except (FileError, Refusal) as error:
-        typer.echo(f"impactjax: {error}", err=True)
-        raise typer.Exit(2) from error
-    except OSError as error:
-        typer.echo(f"impactjax: {out} cannot be written to ({error.strerror}).", err=True)
-        raise typer.Exit(2) from error
+        try:
+            for target, check in zip(targets, checks, strict=bool(targets)):
+                write_check(target, check, force)
+        except OSError as error:
+            raise Refusal(f"{out} cannot be written to ({error.strerror}).") from error
     if targets:
         typer.echo(f"Written: {', '.join(str(path) for path in targets)}")
 

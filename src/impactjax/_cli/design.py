@@ -6,9 +6,10 @@ from typing import Annotated
 import typer
 
 from impactjax._cli.progress import telling
+from impactjax._cli.refusal import Refusal, refusals_told
 from impactjax._design.design import design
 from impactjax._design.from_file import criterion_of, planned_experiments
-from impactjax._record.file_error import FileError
+from impactjax._design.plan import Design
 from impactjax._record.plan_file import read_plan
 
 _REFITS_HELP = "Simulated refits that verify the expected intervals; 0 for none."
@@ -43,25 +44,26 @@ def design_command(
     [goal]
     omega0 = 0.05
     """  # noqa: D301  Click takes the backspace as "do not wrap"
+    with refusals_told():
+        found = _found(plan, refits, seed)
+    typer.echo(str(found))
+    if not found.reached:
+        raise typer.Exit(1)
+
+
+def _found(path: Path, refits: int, seed: int) -> Design:
+    plan = read_plan(path)
+    criterion, made = criterion_of(path, plan), planned_experiments(path, plan)
     try:
-        read = read_plan(plan)
-        criterion, made = criterion_of(plan, read), planned_experiments(plan, read)
-        with telling(plan.name) as tell:
-            found = design(
+        with telling(path.name) as tell:
+            return design(
                 made.candidates,
                 made.system.model,
                 criterion,
-                budget=read.budget,
+                budget=plan.budget,
                 refits=refits,
                 seed=seed,
                 tell=tell,
             )
-    except FileError as error:
-        typer.echo(f"impactjax: {error}", err=True)
-        raise typer.Exit(2) from error
     except ValueError as error:
-        typer.echo(f"impactjax: {plan}: {error}", err=True)
-        raise typer.Exit(2) from error
-    typer.echo(str(found))
-    if not found.reached:
-        raise typer.Exit(1)
+        raise Refusal(f"{path}: {error}") from error

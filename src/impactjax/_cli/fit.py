@@ -22,12 +22,11 @@ from impactjax._cli.options import (
     options,
     surveyed,
 )
-from impactjax._cli.refusal import Refusal, check_names
+from impactjax._cli.refusal import Refusal, check_names, refusals_told
 from impactjax._cli.tables import print_fits, print_repeats
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.repeatability import repeatability
-from impactjax._record.file_error import FileError
 from impactjax._report.write import report_files, report_texts, write_texts
 
 _SEED_HELP = "Random seed for scattered starts."
@@ -72,7 +71,7 @@ def fit_command(
       impactjax fit bounces.csv --system bouncing-ball --law restitution
       impactjax fit runs --law restitution --together
     """  # noqa: D301  Click takes the backspace as "do not wrap"
-    try:
+    with refusals_told():
         check_names(laws or [], system)
         oscillator = None if system is None else OSCILLATORS[system]()
         once = files_of(recordings)
@@ -86,9 +85,6 @@ def fit_command(
             typer.echo(f"{checked(found)}\n")
         comparisons = compared(made, seed, holdout)
         repeats = repeatability(comparisons) if together else None
-    except (FileError, Refusal) as error:
-        typer.echo(f"impactjax: {error}", err=True)
-        raise typer.Exit(2) from error
     texts: tuple[str, ...] = ()
     if targets:  # computed before anything is written or printed
         command = shlex.join(["impactjax", *sys.argv[1:]])

@@ -9,7 +9,7 @@ import typer
 from impactjax._cli.fitting import compared, prepared_for
 from impactjax._cli.options import SidecarFile, SystemName, options, surveyed
 from impactjax._cli.progress import telling
-from impactjax._cli.refusal import Refusal, check_names
+from impactjax._cli.refusal import Refusal, check_names, refusals_told
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._design.from_file import planned_experiments
@@ -19,7 +19,6 @@ from impactjax._identify.information import Information
 from impactjax._identify.structure import Told, structure
 from impactjax._identify.words import coupling
 from impactjax._number_format import with_error, with_unit
-from impactjax._record.file_error import FileError
 from impactjax._record.plan_file import read_plan
 
 _PLAN = ".toml"
@@ -42,16 +41,13 @@ def identifiability_command(
       impactjax identifiability swing.csv --law walton
       impactjax identifiability plan.toml
     """  # noqa: D301  Click takes the backspace as "do not wrap"
-    try:
+    with refusals_told():
         if path.suffix == _PLAN:
             if laws or system or sidecar:
-                raise Refusal("a plan says all itself; omit --law, --system and --sidecar.")
+                raise Refusal("a plan names its own law; omit --law, --system and --sidecar.")
             text = _of_plan(path)
         else:
             text = _of_recording(path, laws, system, sidecar)
-    except (FileError, Refusal) as error:
-        typer.echo(f"impactjax: {error}", err=True)
-        raise typer.Exit(2) from error
     typer.echo(text)
 
 

@@ -8,12 +8,11 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 
+from impactjax._fit.quantiles import NORMAL
 from impactjax._known import AnyArray
 
 Covariances = Float[AnyArray, "... models parameters parameters"]
 Losses = Float[AnyArray, "..."]
-
-_QUANTILE = 1.959964  # 97.5 % of the normal distribution
 
 
 class AbstractCriterion(eqx.Module):
@@ -33,20 +32,20 @@ class AbstractCriterion(eqx.Module):
     def slope(self, covariances: Covariances) -> Covariances:
         """The derivative of the loss by the covariances of the parameters that count."""
 
-    @property
-    @abc.abstractmethod
-    def goal(self) -> float:
-        """The loss that is small enough; −∞ if a smaller one is always better."""
-
-    @abc.abstractmethod
-    def asked_widths(self) -> dict[str, float]:
-        """The relative half-widths that a goal asks for; none without a goal."""
-
     @abc.abstractmethod
     def size(self, loss: float) -> float:
         """The loss as a relative standard error [1]; as a ratio to what was asked if there is a
         goal.
         """
+
+    def asked_widths(self) -> dict[str, float]:
+        """The relative half-widths that a goal asks for; none without a goal."""
+        return {}
+
+    @property
+    def goal(self) -> float:
+        """The loss that is small enough; −∞ if a smaller one is always better."""
+        return 1.0 if self.asked_widths() else -math.inf
 
 
 class DOptimal(AbstractCriterion):
@@ -64,13 +63,6 @@ class DOptimal(AbstractCriterion):
 
     def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
         return self.names or tuple(names)
-
-    @property
-    def goal(self) -> float:
-        return -math.inf
-
-    def asked_widths(self) -> dict[str, float]:
-        return {}
 
     def loss(self, covariances: Covariances) -> Losses:
         _, logs = np.linalg.slogdet(covariances)
@@ -97,13 +89,6 @@ class AOptimal(AbstractCriterion):
     def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
         return self.names or tuple(names)
 
-    @property
-    def goal(self) -> float:
-        return -math.inf
-
-    def asked_widths(self) -> dict[str, float]:
-        return {}
-
     def loss(self, covariances: Covariances) -> Losses:
         return _variances(covariances).mean(axis=(-2, -1))
 
@@ -127,13 +112,6 @@ class WorstParameter(AbstractCriterion):
 
     def parameters(self, names: Sequence[str]) -> tuple[str, ...]:
         return self.names or tuple(names)
-
-    @property
-    def goal(self) -> float:
-        return -math.inf
-
-    def asked_widths(self) -> dict[str, float]:
-        return {}
 
     def loss(self, covariances: Covariances) -> Losses:
         return _variances(covariances).max(axis=-1).mean(axis=-1)
@@ -172,10 +150,6 @@ class Within(AbstractCriterion):
         worst = (ratios == ratios.max(axis=(-2, -1), keepdims=True)) * self._weights
         return worst[..., None] * np.eye(worst.shape[-1]) / np.count_nonzero(worst)
 
-    @property
-    def goal(self) -> float:
-        return 1.0
-
     def asked_widths(self) -> dict[str, float]:
         return dict(self.asked)
 
@@ -184,12 +158,17 @@ class Within(AbstractCriterion):
 
     @property
     def _weights(self) -> np.ndarray:
-        return (_QUANTILE / np.array([width for _, width in self.asked])) ** 2
+        return (NORMAL / np.array([width for _, width in self.asked])) ** 2
+
+
+def scale_of(value: float) -> float:
+    """The unit of a relative error: the size of a value, or 1 for a parameter at zero."""
+    return abs(value) or 1.0
 
 
 def half_widths(errors: Losses) -> Losses:
     """Half-widths of 95 % intervals from standard errors."""
-    return _QUANTILE * errors
+    return NORMAL * errors
 
 
 def _variances(covariances: Covariances) -> Float[AnyArray, "... models parameters"]:

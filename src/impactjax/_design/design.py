@@ -11,7 +11,7 @@ import numpy as np
 from impactjax._design.allocation import Numbers, Task, best_numbers, covariances
 from impactjax._design.candidates import Candidates
 from impactjax._design.certificate import least_loss, least_price
-from impactjax._design.criterion import AbstractCriterion, Within, half_widths
+from impactjax._design.criterion import AbstractCriterion, half_widths, scale_of
 from impactjax._design.informed import Informed, recordings
 from impactjax._design.plan import Design, Expected, Performance
 from impactjax._design.question import Question, resource_of
@@ -167,7 +167,7 @@ def _described(
 def _least_size(task: Task, numbers: Numbers) -> float:
     """The smallest size that the candidates may have; 0 if nothing is known about it."""
     least = least_loss(task, numbers)
-    if least == -math.inf or (least <= 0 and isinstance(task.criterion, Within)):
+    if least == -math.inf or (least <= 0 and task.criterion.asked_widths()):
         return 0.0
     return task.criterion.size(least)
 
@@ -177,7 +177,7 @@ def _attained(found: Refits, name: str, value: float) -> float:
     if not len(found.values):
         return math.nan
     errors = found.values[:, found.names.index(name)] - value
-    return float(half_widths(np.sqrt(np.mean(errors**2)))) / (abs(value) or 1.0)
+    return float(half_widths(np.sqrt(np.mean(errors**2)))) / scale_of(value)
 
 
 def _costs(plan: Sequence[Chosen]) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """The experiments in a plan file."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from impactjax._design.criterion import (
     Within,
     WorstParameter,
 )
-from impactjax._model.base_motion import HarmonicMotion
+from impactjax._model.base_motion import HarmonicMotion, on_base
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.checks import check_known, check_value
@@ -31,10 +31,10 @@ from impactjax._record.planned import planned
 from impactjax._sensor.quantity import QUANTITIES
 from impactjax._sensor.system import System
 
-CRITERIA: dict[str, Callable[[Sequence[str]], AbstractCriterion]] = {
-    "d-optimal": lambda names: DOptimal(tuple(names)),
-    "a-optimal": lambda names: AOptimal(tuple(names)),
-    "worst-parameter": lambda names: WorstParameter(tuple(names)),
+CRITERIA: dict[str, Callable[..., AbstractCriterion]] = {
+    "d-optimal": DOptimal,
+    "a-optimal": AOptimal,
+    "worst-parameter": WorstParameter,
 }
 
 
@@ -80,7 +80,7 @@ def criterion_of(path: Path, plan: PlanFile) -> AbstractCriterion:
         return Within(plan.goal)
     if plan.criterion is None:
         remedy = "add a table [goal], as in omega0 = 0.05, or [criterion]"
-        raise FileError(path, None, "the plan says not what is asked", remedy)
+        raise FileError(path, None, "the plan does not say what is asked for", remedy)
     try:
         check_named("criterion", plan.criterion.name, CRITERIA)
     except ValueError as error:
@@ -105,22 +105,17 @@ def _system(plan: PlanFile) -> System:
 
 
 def _oscillator(plan: PlanFile, oscillator: AbstractOscillator) -> AbstractOscillator:
-    own = {field.name for field in dataclasses.fields(oscillator)}
     if plan.system.equilibrium is not None:
         check_named("equilibrium", plan.system.equilibrium, EQUILIBRIA)
-        _check_has("equilibrium", own, plan)
+        if "equilibrium" not in {field.name for field in dataclasses.fields(oscillator)}:
+            raise ValueError(f"A {plan.system.oscillator} has no `equilibrium`.")
         equilibrium = EQUILIBRIA[plan.system.equilibrium]
         oscillator = dataclasses.replace(oscillator, equilibrium=equilibrium)
     if plan.base.amplitude is not None:
-        _check_has("base", own, plan)
-        base = HarmonicMotion(plan.base.amplitude, plan.base.frequency or 1.0, plan.base.phase)
-        oscillator = dataclasses.replace(oscillator, base=base)
+        assert plan.base.frequency is not None  # `read_plan` has asked for it
+        motion = HarmonicMotion(plan.base.amplitude, plan.base.frequency, plan.base.phase)
+        oscillator = on_base(oscillator, motion)
     return oscillator
-
-
-def _check_has(field: str, own: set[str], plan: PlanFile) -> None:
-    if field not in own:
-        raise ValueError(f"A {plan.system.oscillator} has no `{field}`.")
 
 
 def _check_names(plan: PlanFile, system: System) -> None:

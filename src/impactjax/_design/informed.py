@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from impactjax._design.candidates import Candidates, Values
+from impactjax._design.criterion import scale_of
 from impactjax._identify.directions import without
 from impactjax._identify.experiment_information import informed_by
 from impactjax._identify.information import Information
@@ -74,7 +75,7 @@ class Informed:
                 )
             at = self.names.index(name)
             for i, values in enumerate(self.values):
-                total[i, at, at] += (_size(values[name]) / float(prior.sigma)) ** 2
+                total[i, at, at] += (scale_of(values[name]) / float(prior.sigma)) ** 2
         return total
 
     def _table(self, model: int, several: Sequence[Experiment]) -> dict[tuple[str, str], float]:
@@ -87,7 +88,7 @@ class Informed:
         self._learn(model, names, told)
         values = np.asarray(known(told.values))[own]
         rows = np.asarray(told.sensitivities / told.scale)
-        left = without(rows[:, own], rows[:, ~own]) * [_size(value) for value in values]
+        left = without(rows[:, own], rows[:, ~own]) * [scale_of(float(value)) for value in values]
         square = left.T @ left
         return {(a, b): square[i, j] for i, a in enumerate(names) for j, b in enumerate(names)}
 
@@ -130,8 +131,3 @@ def recordings(candidates: Candidates, model: ImpactOscillator, values: Values) 
         if each.priors:
             raise ValueError("Prior knowledge counts once: give it to `design`, as `priors`.")
     return list(several)
-
-
-def _size(value: float) -> float:
-    """The unit of an error: the value, or 1 for a parameter at zero."""
-    return abs(float(value)) or 1.0

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping
 
 from impactjax._design.allocation import MOST
-from impactjax._design.criterion import AbstractCriterion
+from impactjax._design.criterion import AbstractCriterion, scale_of
 from impactjax._number_format import interval, with_unit
 
 
@@ -49,7 +49,7 @@ class Expected:
     @property
     def interval(self) -> tuple[float, float]:
         """The expected 95 % interval, in the unit."""
-        width = self.half_width * (abs(self.value) or 1.0)
+        width = self.half_width * scale_of(self.value)
         low = self.value - width
         return max(low, 0.0) if self.positive else low, self.value + width
 
@@ -147,12 +147,11 @@ class Design:
         if number >= MOST:
             found.append(f"No more than {MOST} performances are planned.")
         if self.least_share > 0 and number > 1:
-            found.append(
-                f"No plan of these candidates takes less than {self.least_share:.0%} of it."
-            )
-        elif 0 < self.least_size < self.size:
-            ratio = self.least_size / self.size
-            found.append(f"No plan of these candidates has less than {ratio:.0%} of this error.")
+            share = f"{100 * self.least_share:.0f} %"
+            found.append(f"Any plan of these candidates takes at least {share} as much.")
+        elif not self.reached or not self.criterion.asked_widths():
+            share = f"{100 * self.least_size / self.size:.0f} %"
+            found.append(f"Any plan of these candidates leaves at least {share} of this error.")
         if self.failed:
             found.append(f"{self.failed} of {self.refits} refits found no minimum.")
         if self.impossible:

@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 
 from impactjax._design.allocation import Task
 from impactjax._design.candidates import PERFORMANCES, Candidates
-from impactjax._design.criterion import AbstractCriterion, Within
+from impactjax._design.criterion import AbstractCriterion
 from impactjax._design.informed import Informed, Matrices
 from impactjax._design.refine import Chosen
 from impactjax._known import AnyArray
@@ -44,7 +44,7 @@ class Question:
             if name not in names:
                 raise ValueError(f"There is no parameter `{name}`; there are {', '.join(names)}.")
             values = [each[name] for each in self.informed.values]
-            if isinstance(self.criterion, Within) and 0.0 in values:
+            if self.criterion.asked_widths() and 0.0 in values:
                 raise ValueError(f"`{name}` is zero, so that no interval is relative to it.")
 
     def task(self, points: Sequence[Chosen]) -> Task:

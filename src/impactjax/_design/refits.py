@@ -10,9 +10,9 @@ import numpy as np
 from jaxtyping import Array, Float, Key
 
 from impactjax._design.informed import OF_MOTION
+from impactjax._fit.bootstrap import simulated
 from impactjax._fit.evaluation import evaluate_each
 from impactjax._fit.search import Search, Searches, lowest
-from impactjax._fit.synthetic import synthetic
 from impactjax._known import AnyArray, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
@@ -44,31 +44,28 @@ def refitted(
     motions: Sequence[Motion], priors: Mapping[str, Normal], key: Key[Array, ""], count: int
 ) -> Refits:
     """Refits of a plan, from starts at the true values. Prior means are drawn as well."""
+    joint = _joint(motions, priors)
+    start, whole = joint.coordinates(known(joint.start)), known(joint.parts((1.0,)))
+    exact = evaluate_each(joint, start, whole, jnp.zeros((), bool)).answer.residuals
     close = LevenbergMarquardt(reduction=_REDUCTION, damping=_DAMPING)
-    rows, failed, names = [], 0, ()
+    searches = Searches(start[None], np.ones((1, len(start)), bool), whole)
+    rows, failed = [], 0
     for own in jax.random.split(key, count):
-        joint = _drawn(motions, priors, own)
-        names, start = joint.names, joint.coordinates(known(joint.start))
-        whole = known(joint.parts((1.0,)))
-        searches = Searches(start[None], np.ones((1, len(names)), bool), whole)
-        found = lowest(Search(evaluate_each).minima(joint, close, searches))
+        drawn = simulated(joint, jnp.asarray(exact), own)
+        found = lowest(Search(evaluate_each).minima(drawn, close, searches))
         if bool(found.converged) and np.isfinite(found.cost):
             rows.append(np.asarray(joint.at(found.u)))
         else:
             failed += 1
-    return Refits(names, np.array(rows).reshape(-1, len(names)), failed)
+    return Refits(joint.names, np.array(rows).reshape(-1, len(joint.names)), failed)
 
 
-def _drawn(
-    motions: Sequence[Motion], priors: Mapping[str, Normal], key: Key[Array, ""]
-) -> JointProblem:
-    """The joint problem of simulated recordings."""
-    of_priors, *keys = jax.random.split(key, 1 + sum(len(each) for each in motions))
+def _joint(motions: Sequence[Motion], priors: Mapping[str, Normal]) -> JointProblem:
+    """The joint problem of all recordings of a plan, and of prior knowledge."""
     problems, names, places = [], list[str](), []
     for number, motion in enumerate(motions):
         for each in motion:
-            drawn = synthetic(each, keys[len(problems)])
-            problem = dataclasses.replace(build_problem(drawn), scatter=NoScatter())
+            problem = dataclasses.replace(build_problem(each), scatter=NoScatter())
             called = [
                 _called(name, handle.path[0], number, len(problems))
                 for name, handle in problem.handles().items()
@@ -76,15 +73,10 @@ def _drawn(
             names += [name for name in called if name not in names]
             places.append(tuple(names.index(name) for name in called))
             problems.append(problem)
-    steps = np.asarray(jax.random.normal(of_priors, (len(priors),)))
-    true = _values(problems, places)
     return JointProblem(
         problems=tuple(problems),
         sizes=tuple(_sigma(problem) for problem in problems),
-        priors=tuple(
-            Normal(true[names.index(name)] + step * prior.sigma, prior.sigma)
-            for (name, prior), step in zip(priors.items(), steps, strict=True)
-        ),
+        priors=tuple(priors.values()),
         names=tuple(names),
         places=tuple(places),
         asked=tuple(names.index(name) for name in priors),
@@ -96,14 +88,6 @@ def _called(name: str, part: str, motion: int, recording: int) -> str:
     if part == "model":
         return name
     return f"{name}[{motion if name in OF_MOTION else recording}]"
-
-
-def _values(problems: Sequence[Problem], places: Sequence[tuple[int, ...]]) -> dict[int, float]:
-    return {
-        place: float(value)
-        for problem, own in zip(problems, places, strict=True)
-        for place, value in zip(own, problem.starting_values(), strict=True)
-    }
 
 
 def _sigma(problem: Problem) -> Float[Array, ""]:

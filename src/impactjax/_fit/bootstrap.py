@@ -94,15 +94,15 @@ def _refits(
     parts = jnp.asarray(problem.parts(optimiser.horizons))
 
     def refit(key: Key[Array, ""]) -> tuple[Vector, Bool[Array, ""]]:
-        simulated = _simulated(problem, estimate.residuals, key)
+        drawn = simulated(problem, estimate.residuals, key)
         active = jnp.ones((1, start.shape[0]), bool)
-        minimum = Search().minima(simulated, optimiser, Searches(start[None], active, parts))
+        minimum = Search().minima(drawn, optimiser, Searches(start[None], active, parts))
         return problem.at(minimum.u[0]), minimum.converged[0]
 
     return jax.vmap(refit)(keys)
 
 
-def _simulated(
+def simulated(
     problem: AbstractProblem, residuals: Residuals, key: Key[Array, ""]
 ) -> AbstractProblem:
     """The problem whose recording is the fitted motion plus random noise.

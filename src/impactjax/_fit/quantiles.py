@@ -17,6 +17,9 @@ from impactjax._known import AnyArray, namespace
 
 Number = Float[AnyArray, ""]
 
+NORMAL = float(special.ndtri(0.975))
+"""The 97.5 % quantile of the normal distribution."""
+
 _HALVINGS = 36
 _FLAT = 12.0  # asinh t beyond which its distribution is flat
 _SPREADS = 24.0  # standard deviations of log χ² beyond which its distribution is flat

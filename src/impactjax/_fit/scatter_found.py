@@ -5,9 +5,8 @@ import math
 import equinox as eqx
 from jaxtyping import Float
 
+from impactjax._fit.quantiles import NORMAL
 from impactjax._known import AnyArray, namespace
-
-_NORMAL = 1.959963984540054  # the 97.5 % quantile of the normal distribution
 
 
 class Scatter(eqx.Module):
@@ -29,7 +28,7 @@ class Scatter(eqx.Module):
     @property
     def single(self) -> tuple[Float[AnyArray, "..."], Float[AnyArray, "..."]]:
         """Factors between which 95 % of single impacts lie, relative to the law [1]."""
-        reach = namespace(self.size).exp(_NORMAL * self.size)
+        reach = namespace(self.size).exp(NORMAL * self.size)
         return 1 / reach, reach
 
     def shortened(self, count: int) -> "Scatter":

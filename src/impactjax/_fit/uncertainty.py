@@ -17,6 +17,7 @@ from scipy import special
 
 from impactjax._fit.determined import determined
 from impactjax._fit.estimate import Estimate, P
+from impactjax._fit.quantiles import NORMAL
 from impactjax._fit.straight import straight
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.minimiser import Minimum
@@ -25,7 +26,6 @@ from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._types import Scalar
 
 _LOST = 1e-6  # squared length of a direction that counts as lost to rounding
-_NORMAL = float(special.ndtri(0.975))
 
 
 @eqx.filter_jit
@@ -140,7 +140,7 @@ def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
     end is unknown.
     """
     lowest, highest = _ends(estimate.problem, jnp.asarray(estimate.low))
-    linear = estimate.values - _NORMAL * estimate.standard_errors
+    linear = estimate.values - NORMAL * estimate.standard_errors
     silent = (other.low <= lowest) & (other.high >= highest) & ~(linear > lowest)
     low = jnp.where(silent, estimate.low, jnp.minimum(estimate.low, other.low))
     high = jnp.where(silent, estimate.high, jnp.maximum(estimate.high, other.high))
@@ -190,7 +190,7 @@ def _quantile(freedom: Scalar, most: int) -> Scalar:
     table = special.stdtrit(whole, 0.975)
     whole, table = jnp.asarray(whole, freedom.dtype), jnp.asarray(table, freedom.dtype)
     student = jnp.interp(jnp.nan_to_num(freedom), whole, table)
-    return jnp.where(jnp.isfinite(freedom), student, _NORMAL)
+    return jnp.where(jnp.isfinite(freedom), student, NORMAL)
 
 
 def _half_inverse(information: Array) -> tuple[Array, Array]:

@@ -17,12 +17,11 @@ from impactjax._identify.information import Information, informed
 from impactjax._identify.joint_information import joint_information
 from impactjax._identify.words import coupling
 from impactjax._known import known
-from impactjax._model.base_motion import HarmonicMotion
+from impactjax._model.base_motion import HarmonicMotion, on_base
 from impactjax._model.equivalents import ClosedForm
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._model.law import AbstractForceLaw, AbstractImpactLaw
-from impactjax._model.oscillator import AbstractOscillator
 from impactjax._optimise.linearisation import Vector
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
@@ -142,7 +141,7 @@ def couplings(
     further = plan.recorded(model, second).with_rows()
     found["record from two starts"] = joint_information([record, further])
     if forced is not None:
-        shaken = dataclasses.replace(model, oscillator=_on_base(model, forced))
+        shaken = dataclasses.replace(model, oscillator=on_base(model.oscillator, forced))
         found["record with forcing"] = plan.recorded(shaken, initial).with_rows()
     names = tuple(found["rebound speeds"].names)
     told = {name: _about_law(each, names) for name, each in found.items()}
@@ -156,13 +155,6 @@ def _about_law(told: Information, names: tuple[str, ...]) -> Information:
 
 def _own(told: Information) -> tuple[str, ...]:
     return tuple(name for name, own in zip(told.names, told.of_model, strict=True) if own)
-
-
-def _on_base(model: ImpactOscillator, forced: HarmonicMotion) -> AbstractOscillator:
-    if "base" not in {field.name for field in dataclasses.fields(model.oscillator)}:
-        kind = type(model.oscillator).__name__
-        raise ValueError(f"The base of a {kind} cannot move: leave out `forced`.")
-    return dataclasses.replace(model.oscillator, base=forced)
 
 
 class _Recorded(NamedTuple):

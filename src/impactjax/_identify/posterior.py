@@ -54,8 +54,7 @@ def posterior(
     **Arguments:**
 
     - `estimate`: estimate of a single fit, or of several recordings together. Beyond chance, draws
-      depend on it only through the correlation of its residuals. `of_experiment(...)` gives the
-      posterior of one recording alone.
+      depend on it only through the correlation of its residuals.
     - `draws`: number of draws from each chain.
     - `chains`: number of chains, at least 2.
     - `warmup`: number of transitions before, which adapt the step size and the mass matrix.

@@ -1,8 +1,12 @@
 """Motion of the base on which an oscillator and its stops stand."""
 
+import dataclasses
+from typing import TypeVar
+
 import equinox as eqx
 import jax.numpy as jnp
 
+from impactjax._model.oscillator import AbstractOscillator
 from impactjax._parameter import (
     as_parameter,
     parameter,
@@ -12,6 +16,8 @@ from impactjax._parameter import (
 from impactjax._refusal import of_kind
 from impactjax._shown import with_numbers
 from impactjax._types import AngularFrequency, Length, Ratio, Time
+
+Own = TypeVar("Own", bound=AbstractOscillator)
 
 
 class HarmonicMotion(eqx.Module):
@@ -51,3 +57,10 @@ class HarmonicMotion(eqx.Module):
 
 as_base = of_kind("base", HarmonicMotion, "HarmonicMotion(0.003, 6.3)", optional=True)
 """Converter that lets only a motion of the base through, or `None`."""
+
+
+def on_base(oscillator: Own, motion: HarmonicMotion) -> Own:
+    """An oscillator on a base that moves. Raises `ValueError` if its base cannot."""
+    if "base" not in {field.name for field in dataclasses.fields(oscillator)}:
+        raise ValueError(f"The base of a {type(oscillator).__name__} cannot move.")
+    return dataclasses.replace(oscillator, base=motion)

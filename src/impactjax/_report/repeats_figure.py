@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactjax._compare.repeatability import RepeatedParameter
+from impactjax._fit.quantiles import NORMAL
 from impactjax._report.style import FITTED, RECORDED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_NORMAL = 1.96
 _MOST_NUMBERED = 12  # repeats whose numbers all stand at the axis
 
 
@@ -25,7 +25,7 @@ def plot_repeats(ax: "Axes", parameter: RepeatedParameter) -> "Axes":
     """
     over, count = parameter.over, len(parameter.values)
     at = np.arange(1, count + 1)
-    reach = _NORMAL * parameter.errors
+    reach = NORMAL * parameter.errors
     ax.axhspan(parameter.low, parameter.high, color=FITTED, alpha=0.15, linewidth=0)
     ax.axhline(over.mean, color=FITTED, linewidth=1)
     for end in (over.single_low, over.single_high):

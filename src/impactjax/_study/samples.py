@@ -1,5 +1,6 @@
 """Samples that fill a box evenly."""
 
+import abc
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,7 +11,38 @@ from impactjax._study.ranges import Ranges, as_ranges, scaled
 from impactjax._study.whole import as_count, as_seed
 
 
-class LatinHypercube(AbstractDesign):
+class AbstractSample(AbstractDesign):
+    """A sample of a box, which scrambled points of the unit cube fill.
+
+    - `ranges`: the range of each parameter.
+    - `size`: number of lanes.
+    - `seed`: random seed.
+    """
+
+    ranges: eqx.AbstractVar[Ranges]
+    size: eqx.AbstractVar[int]
+    seed: eqx.AbstractVar[int]
+
+    @abc.abstractmethod
+    def cube(self) -> Points:
+        """The points in the unit cube."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(self.ranges)
+
+    @property
+    def dimensions(self) -> Mapping[str, int]:
+        """The axis `lane`."""
+        return {LANE: self.size}
+
+    def points(self) -> Points:
+        """Values of the parameters in each lane."""
+        return scaled(self.ranges, self.cube())
+
+
+class LatinHypercube(AbstractSample):
     """A Latin hypercube: of n lanes, each n-th part of each parameter's range has one.
 
     **Arguments:**
@@ -27,26 +59,16 @@ class LatinHypercube(AbstractDesign):
     size: int = eqx.field(converter=as_count)
     seed: int = eqx.field(converter=as_seed, default=0)
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        return tuple(self.ranges)
-
-    @property
-    def dimensions(self) -> Mapping[str, int]:
-        """The axis `lane`."""
-        return {LANE: self.size}
-
-    def points(self) -> Points:
-        """Values of the parameters in each lane."""
+    def cube(self) -> Points:
+        """The points in the unit cube."""
         from scipy.stats import qmc
 
         seed: Any = {"seed": self.seed}  # called `rng` from SciPy 1.15 on
         sampler = qmc.LatinHypercube(len(self.ranges), **seed)
-        return scaled(self.ranges, sampler.random(self.size))
+        return sampler.random(self.size)
 
 
-class SobolSequence(AbstractDesign):
+class SobolSequence(AbstractSample):
     """The beginning of a scrambled Sobol sequence, which fills the box more evenly than random
     points do, best with a power of 2 of them.
 
@@ -65,20 +87,10 @@ class SobolSequence(AbstractDesign):
     size: int = eqx.field(converter=as_count)
     seed: int = eqx.field(converter=as_seed, default=0)
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        return tuple(self.ranges)
-
-    @property
-    def dimensions(self) -> Mapping[str, int]:
-        """The axis `lane`."""
-        return {LANE: self.size}
-
-    def points(self) -> Points:
-        """Values of the parameters in each lane."""
+    def cube(self) -> Points:
+        """The points in the unit cube."""
         from scipy.stats import qmc
 
         seed: Any = {"seed": self.seed}  # called `rng` from SciPy 1.15 on
         sampler = qmc.Sobol(len(self.ranges), **seed)
-        return scaled(self.ranges, sampler.random_base2((self.size - 1).bit_length())[: self.size])
+        return sampler.random_base2((self.size - 1).bit_length())[: self.size]
