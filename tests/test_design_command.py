@@ -1,11 +1,15 @@
 """The commands `design` and `identifiability`, and the plans that they read."""
 
+import dataclasses
 import math
 from pathlib import Path
 
+import jax.numpy as jnp
 import pytest
 
+import impactjax as ij
 from command import impactjax
+from impactjax._cli.fitting import compared
 from tiers import quick
 
 PLAN = """
@@ -125,13 +129,33 @@ def test_absent_plan_is_one_sentence(tmp_path):
         assert "cannot be read" in run.stderr
 
 
-def test_identifiability_of_a_recording(tmp_path):
-    path = tmp_path / "ball.csv"
-    times = [0.0]
+@pytest.fixture
+def ball(tmp_path) -> Path:
+    """Impact times of a ball."""
+    path, times = tmp_path / "ball.csv", [0.0]
     for i in range(8):
         times.append(times[-1] + 2 * 2.0 * 0.8**i / 9.81 + 1e-4 * math.sin(7 * i))
     path.write_text("impact time [s]\n" + "\n".join(f"{t:.6f}" for t in times) + "\n")
-    run = impactjax("identifiability", path, "--law", "restitution")
+    return path
+
+
+def test_identifiability_of_a_recording(ball):
+    run = impactjax("identifiability", ball, "--law", "restitution")
     assert (run.status, run.stderr) == (0, "")
     assert run.stdout.startswith("restitution\n  r ")
     assert "Determined: r to" in run.stdout
+
+
+def test_fit_that_cannot_be_used_has_no_identifiability(ball, monkeypatch):
+    def failing(*given):
+        (found,) = compared(*given)
+        outcome = jnp.int32(ij.Outcome.MAX_ITERATIONS)
+        fits = tuple(
+            fit._replace(estimate=dataclasses.replace(fit.estimate, outcome=outcome))
+            for fit in found.fits
+        )
+        return [dataclasses.replace(found, fits=fits)]
+
+    monkeypatch.setattr("impactjax._cli.identifiability.compared", failing)
+    run = impactjax("identifiability", ball, "--law", "restitution")
+    assert run.stdout.startswith("restitution\n  No fit that could be used: ")

@@ -75,7 +75,11 @@ def _of_recording(
     made = prepared_for(surveyed(path, sidecar, oscillator, laws, said), said)
     blocks = []
     for fitted in compared([made], 0)[0].fits:
-        told = identifiability(fitted.estimate)
+        estimate = fitted.estimate
+        if not bool(estimate.usable):
+            blocks.append(f"{fitted.name}\n  No fit that could be used: {estimate.cause}.")
+            continue
+        told = identifiability(estimate)
         blocks.append("\n".join([fitted.name, *_rows(told), coupling(told)]))
     return "\n\n".join(blocks)
 
