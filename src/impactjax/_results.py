@@ -16,6 +16,15 @@ class RESULTS(eqx.Enumeration):
         "There were more impacts or rests than `max_impacts`. The samples are right; the logs hold "
         "only the first ones. Raise `max_impacts`."
     )
+    max_events_reached = (
+        "There were more events than `max_events`. The samples are right; the log holds only the "
+        "first ones. Raise `max_events`."
+    )
+    event_repeats = (
+        "An event repeats without time passing: after its jump, the guard does not rise. Change the "
+        "mode in the jump, so that the guard no longer applies, or give the transition a `tail`. "
+        "Samples after that are NaN."
+    )
     stopped_through = (
         "The mass ended a step on the wrong side of a stop. Please report this: it should not "
         "happen. Samples after that are NaN."

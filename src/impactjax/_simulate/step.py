@@ -6,6 +6,7 @@ from typing import NamedTuple
 import equinox as eqx
 from jaxtyping import PyTree
 
+from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.state import Mode, State
 from impactjax._types import Code, Flag, Scalar
@@ -35,6 +36,10 @@ class AbstractStep(eqx.Module):
 
     An event ends the step: its location is part of step-size control.
     """
+
+    @abc.abstractmethod
+    def of_flows(self) -> AbstractFlowStep:
+        """The same method for any hybrid system."""
 
     @abc.abstractmethod
     def begin(self, span: Scalar) -> PyTree:

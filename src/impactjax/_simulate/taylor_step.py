@@ -8,6 +8,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
+from impactjax._hybrid.series_step import SeriesStep
+from impactjax._simulate.accuracy import LAST_TERM, longest_accurate
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import first_crossing, shortened
 from impactjax._simulate.flow import unheld_acceleration
@@ -21,7 +23,6 @@ LOWEST_ORDER = 4
 _LONGEST = 100.0  # largest ratio of a step to the one before
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural step
 _FLIGHTS = 2.0  # a step from the surface is at most as long as this many expected flights
-_LAST_TERM = 1.0  # the last term of the series allowed, as a fraction of the tolerance
 
 
 class _Memory(NamedTuple):
@@ -58,6 +59,9 @@ class TaylorStep(AbstractStep):
                 f"Argument `order` must be at least {LOWEST_ORDER}, but it is {self.order}."
             )
 
+    def of_flows(self) -> SeriesStep:
+        return SeriesStep(self.order)
+
     def begin(self, span: Scalar) -> _Memory:
         return _Memory(span / 100, jnp.full_like(span, jnp.inf))
 
@@ -66,7 +70,7 @@ class TaylorStep(AbstractStep):
         return self.order - 1  # of the last term of the velocity
 
     def reach(self, tolerance: Scalar) -> Scalar:
-        logarithm = jnp.log(_LAST_TERM * tolerance) + math.lgamma(self.power + 1)
+        logarithm = jnp.log(LAST_TERM * tolerance) + math.lgamma(self.power + 1)
         return jnp.exp(logarithm / self.power)
 
     def attempt(
@@ -80,7 +84,7 @@ class TaylorStep(AbstractStep):
         unit = memory.unit
         position, internal, drive, guards = self._series(automaton, start, unit)
         speeds = [_if_free(start.y.velocity, drive, unit), *internal]
-        natural = jnp.minimum(_longest_accurate(speeds, tolerance), _LONGEST) * unit
+        natural = jnp.minimum(longest_accurate(speeds, tolerance), _LONGEST) * unit
         natural = jnp.minimum(natural, remaining)
         h = jnp.minimum(natural, memory.cap)
         for guard in guards:
@@ -181,52 +185,3 @@ def _flight_time(guard: Series) -> Scalar:
     """Time after which a guard that rises from zero returns, as a parabola; else infinity."""
     returns = (guard[0] == 0) & (guard[1] > 0) & (guard[2] < 0)
     return jnp.where(returns, -guard[1] / jnp.where(returns, guard[2], 1.0), jnp.inf)
-
-
-def _longest_accurate(speeds: list[Series], tolerance: Scalar) -> Scalar:
-    """The longest step w, in units of the series, whose last terms are within the tolerance ε.
-
-    A series Σ aₖ wᵏ of order p passes if each of its last four terms is small compared with the
-    largest of its first three, on a geometric path from there to ε at the last term:
-
-        |aₖ| wᵏ ≤ max over j = 0, 1, 2 of |aⱼ| wʲ ε^((k − j)/(p − j)),
-
-    so w = min over k of max over j of (|aⱼ|/|aₖ|)^(1/(k − j)) ε^(1/(p − j)), computed with
-    logarithms. The position follows from its rate and needs no test of its own.
-
-    Source: generalises the step size of Jorba & Zou, Experimental Mathematics 14, 99 (2005),
-    section 3, to series with small or vanishing coefficients.
-    """
-    tiny = jnp.finfo(tolerance.dtype).tiny
-    goal = jnp.log(_LAST_TERM * tolerance)
-    longest = jnp.full_like(goal, jnp.inf)
-    for series in speeds:
-        last = len(series) - 1
-        heads = [jnp.log(jnp.abs(series[j]) + tiny) for j in range(3)]
-        for power, term in _last_terms(series):
-            end = jnp.log(jnp.abs(term) + tiny)
-            ratios = [
-                (head - end) / (power - j) + goal / (last - j) for j, head in enumerate(heads)
-            ]
-            best = jnp.maximum(jnp.maximum(ratios[0], ratios[1]), ratios[2])
-            best = jnp.where(term == 0, jnp.inf, best)
-            longest = jnp.minimum(longest, best)
-    return jnp.exp(longest)
-
-
-def _last_terms(series: Series) -> list[tuple[Scalar | int, Scalar]]:
-    """The last four terms with their powers; if all vanish, also the last one that does not.
-
-    A series may have gaps, so that a single last term may be zero and tells nothing. Example: at
-    the surface of a cubic spring it has only t, t⁵, t⁹, ...
-    """
-    last = len(series) - 1
-    terms: list[tuple[Scalar | int, Scalar]] = [
-        (power, series[power]) for power in range(last, max(last - 4, 2), -1)
-    ]
-    vanish = sum(jnp.abs(term) for _, term in terms) == 0
-    power, term = jnp.full_like(series[0], 3), jnp.zeros_like(series[0])
-    for j in range(3, last - 3):
-        power = jnp.where(series[j] != 0, j, power)
-        term = jnp.where(vanish & (series[j] != 0), series[j], term)
-    return [*terms, (power, term)]

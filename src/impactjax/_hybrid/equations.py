@@ -1,0 +1,118 @@
+"""The equations of a hybrid system, with the shapes and types that the engine needs."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, PyTree
+
+from impactjax._hybrid.system import HybridSystem, Mode, State, Transition
+from impactjax._types import Code, Flag, Scalar
+
+NO_EVENT = -1
+
+
+class Jump(NamedTuple):
+    """State and mode after an event.
+
+    - `wait`: duration of an endless series of events that was taken at once.
+    - `ends`: true if the run ends.
+    """
+
+    y: State
+    mode: Mode
+    wait: Scalar
+    ends: Flag
+
+
+class Equations(eqx.Module):
+    """Flow, guards and jumps of a system."""
+
+    system: HybridSystem
+
+    def flow(self, t: Scalar, y: State, mode: Mode) -> State:
+        """Time derivative of the state."""
+        return alike_in_shape("flow", self.system.flow(t, y, mode), y)
+
+    def count(self) -> int:
+        """Number of transitions."""
+        return len(self.system.transitions())
+
+    def guards(self, t: Scalar, y: State, mode: Mode) -> list[Scalar]:
+        """One value for each transition."""
+        return [
+            _guard(number, each, t, y, mode)
+            for number, each in enumerate(self.system.transitions())
+        ]
+
+    def guard_values(self, t: Scalar, y: State, mode: Mode) -> Float[Array, " guards"]:
+        """The guards as one array."""
+        values = self.guards(t, y, mode)
+        return jnp.stack(values) if values else jnp.zeros(0, t.dtype)
+
+    def jump(self, event: Code, t: Scalar, y: State, mode: Mode) -> Jump:
+        """State and mode after the transition numbered `event`; unchanged for `NO_EVENT`."""
+        after = Jump(y, mode, jnp.zeros_like(t), jnp.zeros((), bool))
+        for number, transition in enumerate(self.system.transitions()):
+            taken = _taken(transition, t, y, mode)
+            after = choose(event == number, taken, after)
+        return after
+
+
+def _guard(number: int, transition: Transition, t: Scalar, y: State, mode: Mode) -> Scalar:
+    value = jnp.asarray(transition.guard(t, y, mode), t.dtype)
+    if value.shape:
+        raise ValueError(
+            f"The guard of transition {number} must be one number, but its shape is {value.shape}."
+        )
+    return value
+
+
+def _taken(transition: Transition, t: Scalar, y: State, mode: Mode) -> Jump:
+    nothing = jnp.zeros_like(t)
+    if transition.jump is None:
+        return Jump(y, mode, nothing, jnp.ones((), bool))
+    y_after, mode_after = transition.jump(t, y, mode)
+    after = Jump(
+        alike_in_shape("jump", y_after, y),
+        alike_in_shape("jump", mode_after, mode),
+        nothing,
+        jnp.zeros((), bool),
+    )
+    if transition.tail is None:
+        return after
+    tail = transition.tail(t, after.y, after.mode)
+    summed = after._replace(
+        y=alike_in_shape("tail", tail.y, y),
+        mode=alike_in_shape("tail", tail.mode, mode),
+        wait=jnp.asarray(tail.duration, t.dtype),
+    )
+    return choose(jnp.asarray(tail.holds), summed, after)
+
+
+def alike_in_shape(name: str, tree: PyTree, like: PyTree) -> PyTree:
+    """A tree with the structure, shapes and types of another one.
+
+    **Raises** `ValueError` if the structure is different or a shape does not broadcast.
+    """
+    if jax.tree.structure(tree) != jax.tree.structure(like):
+        raise ValueError(
+            f"`{name}` returned a tree of the structure {jax.tree.structure(tree)}, but the state "
+            f"or mode has {jax.tree.structure(like)}."
+        )
+
+    def shaped(path: tuple[object, ...], leaf: PyTree, like: Array) -> Array:
+        if jnp.broadcast_shapes(jnp.shape(leaf), like.shape) != like.shape:
+            raise ValueError(
+                f"`{name}` returned an array of shape {jnp.shape(leaf)} at "
+                f"`{jax.tree_util.keystr(path)}`, but the shape there is {like.shape}."
+            )
+        return jnp.broadcast_to(jnp.asarray(leaf, like.dtype), like.shape)
+
+    return jax.tree_util.tree_map_with_path(shaped, tree, like)
+
+
+def choose(condition: Flag, yes: PyTree, no: PyTree) -> PyTree:
+    """One of two trees, leaf by leaf."""
+    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)

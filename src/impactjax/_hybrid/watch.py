@@ -1,0 +1,108 @@
+"""The first event of a step, from the series of the guards."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from impactjax._hybrid.equations import NO_EVENT
+from impactjax._hybrid.lane import Memory
+from impactjax._simulate.crossing import first_crossing
+from impactjax._types import Code, Flag, Scalar
+
+_ROUNDING = 4096.0  # units in the last place of a guard's largest term
+_FLIGHTS = 2.0  # a step from a guard is at most as long as this many expected returns to it
+
+Guards = list[Float[Array, " guards"]]  # coefficients, in order
+
+
+class Armed(NamedTuple):
+    """Guards on a step, with time in units of its duration.
+
+    - `armed`: true for each guard whose fall is an event.
+    - `at_once`: true for each guard whose event happens at the start.
+    """
+
+    series: Guards
+    armed: Bool[Array, " guards"]
+    at_once: Bool[Array, " guards"]
+
+
+class Found(NamedTuple):
+    """What ends a step.
+
+    - `event`: a transition, or `NO_EVENT`.
+    - `fraction`: its place; infinite if nothing ends the step.
+    - `unclear`: true if a shorter step is needed to tell.
+    - `armed`: as in `Memory`, after the step.
+    """
+
+    event: Code
+    fraction: Scalar
+    unclear: Flag
+    armed: Bool[Array, " guards"]
+
+
+def cleaned(series: Guards, memory: Memory, tolerance: Scalar) -> Guards:
+    """Guards that start at exactly zero if they are zero up to rounding.
+
+    Just after an event, a guard counts as zero within the tolerance, since an event at the same
+    time is known no better. The guard of the event itself counts as zero if the jump left it there.
+    """
+    value = series[0]
+    size = jnp.max(jnp.abs(jnp.stack(series)), axis=0)
+    here = jnp.arange(value.size) == memory.arrival
+    rounding = _ROUNDING * np.finfo(value.dtype).eps
+    allowed = jnp.where(memory.arrival != NO_EVENT, tolerance, rounding)
+    zero = (jnp.abs(value) <= allowed * size) | (here & memory.stays)
+    return [jnp.where(zero, 0.0, value), *series[1:]]
+
+
+def until_return(series: Guards) -> Scalar:
+    """Longest step from a guard that rises from zero and returns to it."""
+    value, slope, bend = series[:3]
+    returns = (value == 0) & (slope > 0) & (bend < 0)
+    times = jnp.where(returns, -slope / jnp.where(returns, bend, 1.0), jnp.inf)
+    return _FLIGHTS * jnp.min(times, initial=jnp.inf)
+
+
+def arm(series: Guards, memory: Memory, tolerance: Scalar) -> Armed:
+    """The guards of a step, of which those that fall cause an event.
+
+    If the guard of an event goes on falling after it, the jump has let the state pass through, and
+    the next event waits until the guard has risen. If it neither rises nor falls, the way it bends
+    decides. A guard that has become negative by the jump of another event falls at once.
+    """
+    value, slope = series[0], series[1]
+    size = jnp.max(jnp.abs(jnp.stack(series)), axis=0)
+    here = jnp.arange(value.size) == memory.arrival
+    zero = value == 0
+    flat = zero & (jnp.abs(slope) <= tolerance * size)
+    passes = here & zero & ~flat & (slope < 0)
+    rises = jnp.where(zero, ~flat & (slope > 0), value > 0)
+    armed = (memory.armed & ~passes) | rises
+    at_once = armed & (value < 0) & (memory.arrival != NO_EVENT)
+    return Armed([value, jnp.where(flat, 0.0, slope), *series[2:]], armed, at_once)
+
+
+def watch(armed: Armed, settle: Flag) -> Found:
+    """What ends a step: an event, or the rise of a guard that has not been armed.
+
+    The rise ends a step too, since the fall after it must be found.
+    """
+    count = armed.armed.size
+    if count == 0:
+        never = jnp.asarray(jnp.inf, armed.series[0].dtype)
+        return Found(jnp.int32(NO_EVENT), never, jnp.zeros((), bool), armed.armed)
+    sign = jnp.where(armed.armed, 1.0, -1.0).astype(armed.series[0].dtype)
+    signed = [sign * coefficient for coefficient in armed.series]
+    crossing = first_crossing(signed, settle)
+    places = jnp.where(armed.at_once, 0.0, crossing.fraction)
+    first = jnp.argmin(places)
+    place = places[first]
+    ends = place <= 1
+    event = jnp.where(ends & armed.armed[first], first, NO_EVENT).astype(jnp.int32)
+    unclear = jnp.any(crossing.unclear & ~armed.at_once) & (place > 0)
+    risen = armed.armed | (ends & (jnp.arange(count) == first))
+    return Found(event, place, unclear, risen)
