@@ -5,11 +5,11 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float, PyTree
 
-from impactjax._hybrid.equations import Equations
+from impactjax._hybrid.equations import NO_EVENT, Equations
 from impactjax._hybrid.lane import Point
+from impactjax._hybrid.numbers import direction, packed, time_scale, unpacked
 from impactjax._hybrid.step import AbstractFlowStep, Attempt
 from impactjax._hybrid.system import Mode, State
 from impactjax._hybrid.watch import arm, cleaned, until_return, watch
@@ -48,7 +48,7 @@ class SeriesStep(AbstractFlowStep):
     order: int = eqx.field(static=True)
 
     def begin(self, equations: Equations, t: Scalar, y: State, mode: Mode) -> _Memory:
-        return _Memory(_time_scale(equations, t, y, mode), jnp.full_like(t, jnp.inf))
+        return _Memory(time_scale(equations, t, y, mode), jnp.full_like(t, jnp.inf))
 
     def attempt(
         self, equations: Equations, start: Point, tolerance: Scalar, scale: State
@@ -63,9 +63,8 @@ class SeriesStep(AbstractFlowStep):
             return _with_guards(self.order, own, start._replace(y=y), unit)
 
         place = variable, start.y
-        (states, guards), (disturbed, _) = jax.jvp(expanded, place, _direction(place))
-        floor = jnp.concatenate([jnp.ravel(each) for each in jax.tree.leaves(scale)])
-        heads = states.at[0].set(jnp.maximum(jnp.abs(states[0]), floor))
+        (states, guards), (disturbed, _) = jax.jvp(expanded, place, direction(place))
+        heads = states.at[0].set(jnp.maximum(jnp.abs(states[0]), packed(scale)))
         longest = jnp.min(longest_accurate([list(heads), list(disturbed)], tolerance))
         if guards[0].size:
             longest = jnp.minimum(longest, jnp.min(longest_accurate([guards], tolerance)))
@@ -73,7 +72,7 @@ class SeriesStep(AbstractFlowStep):
         planned = cleaned(rescaled(guards, natural / unit), start.memory, tolerance)
         h = jnp.minimum(jnp.minimum(natural, cap), natural * until_return(planned))
         armed = arm(rescaled(planned, h / natural), start.memory, tolerance)
-        found = watch(armed, h <= _RESOLUTION * natural)
+        found = watch(armed, h <= _RESOLUTION * natural, 0.0, jnp.int32(NO_EVENT))
         shorter = shortened(h, found.fraction, start.t)
         taken = jnp.where(found.unclear, shorter, h * jnp.minimum(found.fraction, 1.0))
         expansion = _Expansion(states, unit)
@@ -105,7 +104,7 @@ class SeriesStep(AbstractFlowStep):
         coefficients, unit = expansion
         unit = jax.lax.stop_gradient(unit)  # its derivative is zero; here the compiler can see it
         numbers = jax.vmap(polynomial, (1, None, None))(coefficients, s / unit, delay / unit)
-        return _unpacked(numbers, like)
+        return unpacked(numbers, like)
 
 
 @jax.jit(static_argnums=0)  # so that it is traced once
@@ -119,7 +118,7 @@ def _expanded(
         return jax.tree.leaves(equations.flow(t, y, mode))
 
     states, _ = solution_series(field, t, leaves, order, unit)
-    return _Expansion(_packed(states), unit)
+    return _Expansion(_stacked(states), unit)
 
 
 def _with_guards(
@@ -135,48 +134,9 @@ def _with_guards(
 
     states, guards = solution_series(field, start.t, leaves, order, unit)
     if not guards:
-        return _packed(states), [jnp.zeros(0, unit.dtype)] * (order + 1)
-    return _packed(states), [jnp.stack(each) for each in zip(*guards, strict=True)]
+        return _stacked(states), [jnp.zeros(0, unit.dtype)] * (order + 1)
+    return _stacked(states), [jnp.stack(each) for each in zip(*guards, strict=True)]
 
 
-def _packed(series: list[list[Array]]) -> Coefficients:
+def _stacked(series: list[list[Array]]) -> Coefficients:
     return jnp.concatenate([jnp.stack(each).reshape(len(each), -1) for each in series], axis=1)
-
-
-def _unpacked(numbers: Float[Array, " numbers"], like: State) -> State:
-    leaves, structure = jax.tree.flatten(like)
-    ends = np.cumsum([leaf.size for leaf in leaves])
-    parts = jnp.split(numbers, ends[:-1])
-    shaped = [part.reshape(leaf.shape) for part, leaf in zip(parts, leaves, strict=True)]
-    return jax.tree.unflatten(structure, shaped)
-
-
-def _direction(place: PyTree) -> PyTree:
-    """A fixed direction in which nothing is special, of about the size of each number."""
-    leaves, structure = jax.tree.flatten(place)
-    random = np.random.default_rng(0)
-
-    def one(leaf: Array) -> Array:
-        share = random.uniform(0.5, 1.5, leaf.shape) * random.choice([-1.0, 1.0], leaf.shape)
-        return jnp.where(leaf == 0, 1.0, leaf) * share.astype(leaf.dtype)
-
-    return jax.tree.unflatten(structure, [one(leaf) for leaf in leaves])
-
-
-def _time_scale(equations: Equations, t: Scalar, y: State, mode: Mode) -> Scalar:
-    """The least of the times |y′/y″| and √|y/y″|; 1 if there is none. It only scales a series."""
-
-    def flow(t: Scalar, y: State) -> State:
-        return equations.flow(t, y, mode)
-
-    rate = flow(t, y)
-    _, bend = jax.jvp(flow, (t, y), (jnp.ones_like(t), rate))
-    value, slope, second = (
-        jnp.concatenate([jnp.ravel(leaf) for leaf in jax.tree.leaves(each)])
-        for each in (y, rate, bend)
-    )
-    safe = jnp.where(second == 0, 1.0, second)
-    times = jnp.stack([jnp.abs(slope / safe), jnp.sqrt(jnp.abs(value / safe))])
-    usable = (second != 0) & (times > 0) & jnp.isfinite(times)
-    least = jnp.min(jnp.where(usable, times, jnp.inf))
-    return jnp.where(jnp.isfinite(least), least, 1.0)

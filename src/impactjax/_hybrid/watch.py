@@ -9,9 +9,11 @@ from jaxtyping import Array, Bool, Float
 from impactjax._hybrid.equations import NO_EVENT
 from impactjax._hybrid.lane import Memory
 from impactjax._simulate.crossing import first_crossing
+from impactjax._simulate.polynomial import horner_with_slope
 from impactjax._types import Code, Flag, Scalar
 
 _ROUNDING = 4096.0  # units in the last place of a guard's largest term
+_CLOSE = 0.5  # of a step: at most as far ahead is the zero of a guard being landed on
 _FLIGHTS = 2.0  # a step from a guard is at most as long as this many expected returns to it
 
 Guards = list[Float[Array, " guards"]]  # coefficients, in order
@@ -32,12 +34,14 @@ class Armed(NamedTuple):
 class Found(NamedTuple):
     """What ends a step.
 
-    - `event`: a transition, or `NO_EVENT`.
+    - `guard`: the guard that falls or rises, or `NO_EVENT`.
+    - `event`: the same if it falls, else `NO_EVENT`.
     - `fraction`: its place; infinite if nothing ends the step.
     - `unclear`: true if a shorter step is needed to tell.
     - `armed`: as in `Memory`, after the step.
     """
 
+    guard: Code
     event: Code
     fraction: Scalar
     unclear: Flag
@@ -86,23 +90,31 @@ def arm(series: Guards, memory: Memory, tolerance: Scalar) -> Armed:
     return Armed([value, jnp.where(flat, 0.0, slope), *series[2:]], armed, at_once)
 
 
-def watch(armed: Armed, settle: Flag) -> Found:
+def watch(
+    armed: Armed, settle: Flag, margin: Float[Array, " guards"] | float, target: Code
+) -> Found:
     """What ends a step: an event, or the rise of a guard that has not been armed.
 
-    The rise ends a step too, since the fall after it must be found.
+    The rise ends a step too, since the fall after it must be found. `margin` is the error of the
+    series between its ends. The guard `target` also ends a step that stops just before its zero.
     """
     count = armed.armed.size
     if count == 0:
         never = jnp.asarray(jnp.inf, armed.series[0].dtype)
-        return Found(jnp.int32(NO_EVENT), never, jnp.zeros((), bool), armed.armed)
+        none = jnp.int32(NO_EVENT)
+        return Found(none, none, never, jnp.zeros((), bool), armed.armed)
     sign = jnp.where(armed.armed, 1.0, -1.0).astype(armed.series[0].dtype)
     signed = [sign * coefficient for coefficient in armed.series]
-    crossing = first_crossing(signed, settle)
+    crossing = first_crossing(signed, settle, margin)
     places = jnp.where(armed.at_once, 0.0, crossing.fraction)
+    value, slope = horner_with_slope(signed, jnp.ones_like(sign))
+    ahead = 1 - value / jnp.where(slope == 0, 1.0, slope)
+    close = (jnp.arange(count) == target) & (jnp.abs(ahead - 1) < _CLOSE) & (slope < 0)
+    places = jnp.where(jnp.isinf(places) & close, ahead, places)
     first = jnp.argmin(places)
     place = places[first]
-    ends = place <= 1
-    event = jnp.where(ends & armed.armed[first], first, NO_EVENT).astype(jnp.int32)
+    guard = jnp.where(jnp.isfinite(place), first, NO_EVENT).astype(jnp.int32)
+    event = jnp.where(armed.armed[first], guard, NO_EVENT).astype(jnp.int32)
     unclear = jnp.any(crossing.unclear & ~armed.at_once) & (place > 0)
-    risen = armed.armed | (ends & (jnp.arange(count) == first))
-    return Found(event, place, unclear, risen)
+    risen = armed.armed | (jnp.arange(count) == guard)
+    return Found(guard, event, place, unclear, risen)

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
+from impactjax._hybrid.explicit_step import ExplicitStep
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import shortened
 from impactjax._simulate.flow import driven_acceleration
@@ -74,6 +75,9 @@ class RungeKutta(AbstractStep):
                 "Argument `solver` must be an explicit Runge-Kutta method with an embedded error "
                 f"estimate, such as `diffrax.Dopri8()`, but it is {self.solver}."
             )
+
+    def of_flows(self) -> ExplicitStep:
+        return ExplicitStep(self.solver)
 
     def begin(self, span: Scalar) -> _Memory:
         zero = jnp.zeros_like(span)

@@ -1,0 +1,51 @@
+"""The numbers of a tree as one array, and what is needed to scale them."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, PyTree
+
+from impactjax._hybrid.equations import Equations
+from impactjax._hybrid.system import Mode, State
+from impactjax._types import Scalar
+
+
+def packed(tree: PyTree) -> Float[Array, " numbers"]:
+    """All numbers of a tree, leaf by leaf."""
+    return jnp.concatenate([jnp.ravel(leaf) for leaf in jax.tree.leaves(tree)])
+
+
+def unpacked(numbers: Float[Array, " numbers"], like: State) -> State:
+    """A tree like another one, made of the numbers in an array."""
+    leaves, structure = jax.tree.flatten(like)
+    parts = jnp.split(numbers, np.cumsum([leaf.size for leaf in leaves])[:-1])
+    shaped = [part.reshape(leaf.shape) for part, leaf in zip(parts, leaves, strict=True)]
+    return jax.tree.unflatten(structure, shaped)
+
+
+def direction(place: PyTree) -> PyTree:
+    """A fixed direction in which nothing is special, of about the size of each number."""
+    leaves, structure = jax.tree.flatten(place)
+    random = np.random.default_rng(0)
+
+    def one(leaf: Array) -> Array:
+        share = random.uniform(0.5, 1.5, leaf.shape) * random.choice([-1.0, 1.0], leaf.shape)
+        return jnp.where(leaf == 0, 1.0, leaf) * share.astype(leaf.dtype)
+
+    return jax.tree.unflatten(structure, [one(leaf) for leaf in leaves])
+
+
+def time_scale(equations: Equations, t: Scalar, y: State, mode: Mode) -> Scalar:
+    """The least of the times |y′/y″| and √|y/y″| of all numbers; 1 if there is none."""
+
+    def flow(t: Scalar, y: State) -> State:
+        return equations.flow(t, y, mode)
+
+    rate = flow(t, y)
+    _, bend = jax.jvp(flow, (t, y), (jnp.ones_like(t), rate))
+    value, slope, second = packed(y), packed(rate), packed(bend)
+    safe = jnp.where(second == 0, 1.0, second)
+    times = jnp.stack([jnp.abs(slope / safe), jnp.sqrt(jnp.abs(value / safe))])
+    usable = (second != 0) & (times > 0) & jnp.isfinite(times)
+    least = jnp.min(jnp.where(usable, times, jnp.inf))
+    return jnp.where(jnp.isfinite(least), least, 1.0)
