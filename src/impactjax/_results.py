@@ -21,9 +21,9 @@ class RESULTS(eqx.Enumeration):
         "first ones. Raise `max_events`."
     )
     event_repeats = (
-        "An event repeats without time passing: after its jump, the guard does not rise. Change the "
-        "mode in the jump, so that the guard no longer applies, or give the transition a `tail`. "
-        "Samples after that are NaN."
+        "An event repeats endlessly, in ever less time or in none. Change the mode in its jump, so "
+        "that its guard no longer applies, or give the transition a `tail`. Samples after that are "
+        "NaN."
     )
     stopped_through = (
         "The mass ended a step on the wrong side of a stop. Please report this: it should not "

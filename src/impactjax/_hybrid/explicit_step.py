@@ -17,7 +17,7 @@ from impactjax._hybrid.system import Mode, State
 from impactjax._hybrid.watch import Armed, arm, cleaned, until_return, watch
 from impactjax._simulate.crossing import shortened
 from impactjax._simulate.quintic import quintic
-from impactjax._types import Code, Flag, Scalar
+from impactjax._types import Code, Scalar
 
 if TYPE_CHECKING:
     import diffrax
@@ -56,6 +56,7 @@ class ExplicitStep(AbstractFlowStep):
     solver: "diffrax.AbstractERK" = eqx.field(static=True)
 
     def begin(self, equations: Equations, t: Scalar, y: State, mode: Mode) -> _Memory:
+        del equations, y, mode
         return _Memory(jnp.zeros_like(t), jnp.int32(NO_EVENT))
 
     def attempt(
@@ -176,7 +177,7 @@ def _jet(equations: Equations, t: Scalar, y: State, mode: Mode) -> tuple[Array, 
     return value(t, y), first, second
 
 
-@jax.jit(static_argnums=0)  # so that it is traced once, for attempts, samples and derivatives alike
+@eqx.filter_jit  # so that it is traced once, for attempts, samples and derivatives alike
 def _stepped(
     solver: "diffrax.AbstractERK", equations: Equations, t: Scalar, y: State, mode: Mode, h: Scalar
 ) -> tuple[_Numbers, _Numbers, _Numbers]:

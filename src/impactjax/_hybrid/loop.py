@@ -110,7 +110,7 @@ def _pass(
     event = jnp.where(last, NO_EVENT, attempt.event)
     jump = equations.jump(event, t, attempt.y, point.mode)
     after = _arrived(equations, point, attempt, jump)
-    result = _diagnosed(run, point, attempt, after)
+    result = _diagnosed(point, attempt, after)
     failed = result != RESULTS.successful
     taken = attempt.accepted & ~failed & ~lane.done
     moved = taken & ~last
@@ -152,7 +152,7 @@ def _arrived(equations: Equations, point: Point, attempt: Attempt, jump: Jump) -
     return Point(t + jump.wait, jump.y, jump.mode, memory)
 
 
-def _diagnosed(run: Run, point: Point, attempt: Attempt, after: Point) -> RESULTS:
+def _diagnosed(point: Point, attempt: Attempt, after: Point) -> RESULTS:
     """`successful`, or the failure that a pass shows."""
     result = RESULTS.successful
     idle = attempt.event == NO_EVENT
@@ -160,6 +160,7 @@ def _diagnosed(run: Run, point: Point, attempt: Attempt, after: Point) -> RESULT
     stuck = (point.t + attempt.h == point.t) & jnp.where(attempt.accepted, idle, True)
     result = RESULTS.where(stuck, RESULTS.step_too_small, result)
     endless = attempt.accepted & (after.memory.repeats > _REPEATS)
+    endless = endless | (stuck & (point.memory.arrival != NO_EVENT))
     result = RESULTS.where(endless, RESULTS.event_repeats, result)
     parts = jax.tree.leaves((attempt.h, attempt.y, after.t, after.y))
     finite = jnp.all(jnp.stack([jnp.all(jnp.isfinite(part)) for part in parts]))

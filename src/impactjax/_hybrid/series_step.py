@@ -5,7 +5,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, PyTree
+from jaxtyping import Array, Float
 
 from impactjax._hybrid.equations import NO_EVENT, Equations
 from impactjax._hybrid.lane import Point
@@ -107,7 +107,7 @@ class SeriesStep(AbstractFlowStep):
         return unpacked(numbers, like)
 
 
-@jax.jit(static_argnums=0)  # so that it is traced once
+@eqx.filter_jit  # so that it is traced once
 def _expanded(
     order: int, equations: Equations, t: Scalar, y: State, mode: Mode, unit: Scalar
 ) -> _Expansion:

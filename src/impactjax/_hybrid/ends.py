@@ -1,0 +1,72 @@
+"""Start and end of a run of a hybrid system."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike
+
+from impactjax._hybrid.equations import NO_EVENT, Equations, alike_in_shape
+from impactjax._hybrid.lane import Memory, Point, Record, Start
+from impactjax._hybrid.path import Path
+from impactjax._hybrid.sampled import last_taken
+from impactjax._hybrid.step import AbstractFlowStep
+from impactjax._hybrid.system import State
+from impactjax._known import AnyArray
+from impactjax._refusal import check_kind
+from impactjax._simulate.default_step import natural_order
+from impactjax._simulate.step import AbstractStep
+from impactjax._simulate.taylor_step import TaylorStep
+
+
+def as_start(start: Start, dtype: np.dtype) -> Start:
+    y = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), start.y)
+    if not jax.tree.leaves(y):
+        raise ValueError("Argument `start` has a state without numbers.")
+    mode = jax.tree.map(_as_mode, start.mode)
+    return Start(jnp.asarray(start.t, dtype), y, mode, start.memory)
+
+
+def _as_mode(leaf: ArrayLike) -> Array:
+    array = jnp.asarray(leaf)
+    if jnp.issubdtype(array.dtype, jnp.floating):
+        raise TypeError(f"The mode of a start must be made of whole numbers, but it holds {leaf}.")
+    return array if array.dtype == bool else array.astype(jnp.int32)
+
+
+def as_scale(scale: State | None, y: State, dtype: np.dtype) -> State:
+    like = jax.tree.map(lambda leaf: jnp.zeros(jnp.shape(leaf), dtype), y)
+    return like if scale is None else alike_in_shape("scale", scale, like)
+
+
+
+def flow_step(step: AbstractStep | None, tolerance: AnyArray) -> AbstractFlowStep:
+    """The step of a run: by default a Taylor step of the order that costs least."""
+    if step is None:
+        return TaylorStep(natural_order(tolerance)).of_flows()
+    check_kind("step", step, AbstractStep, "TaylorStep()")
+    return step.of_flows()
+
+
+def begin(step: AbstractFlowStep, equations: Equations, start: Start) -> Point:
+    """The first point, with what the lane remembers."""
+    t, y, mode = start.t, start.y, start.mode
+    if start.memory is not None:
+        return Point(t, y, mode, start.memory)
+    guards = equations.guard_values(t, y, mode)
+    memory = Memory(
+        guards >= 0,
+        jnp.int32(NO_EVENT),
+        jnp.zeros((), bool),
+        jnp.int32(0),
+        t,
+        step.begin(equations, t, y, mode),
+    )
+    return Point(t, y, mode, jax.lax.stop_gradient(memory))
+
+
+def final_of(start: Point, path: Path, record: Record) -> Start:
+    """Start of the next run, with derivatives."""
+    row = last_taken(record)
+    end = jax.tree.map(lambda column: column[row], (path.next_t, path.next_y))
+    t, y = jax.tree.map(lambda new, old: jnp.where(row >= 0, new, old), end, (start.t, start.y))
+    return Start(t, y, record.final.mode, record.final.memory)
