@@ -38,7 +38,6 @@ def as_scale(scale: State | None, y: State, dtype: np.dtype) -> State:
     return like if scale is None else alike_in_shape("scale", scale, like)
 
 
-
 def flow_step(step: AbstractStep | None, tolerance: AnyArray) -> AbstractFlowStep:
     """The step of a run: by default a Taylor step of the order that costs least."""
     if step is None:

@@ -51,9 +51,9 @@ def events_of(
     exists = rows >= 0
     own, own_log = jax.tree.map(lambda column: column[rows], (path, log))
     ends = own.t + own.h
-    modes = jax.vmap(
-        lambda row: equations.jump(row.event, row.t + row.h, row.end, row.mode).mode
-    )(own_log)
+    modes = jax.vmap(lambda row: equations.jump(row.event, row.t + row.h, row.end, row.mode).mode)(
+        own_log
+    )
 
     def known(column: Array, unused: float) -> Array:
         return jnp.where(exists.reshape(-1, *[1] * (column.ndim - 1)), column, unused)
@@ -113,9 +113,7 @@ def _order_matters(
 
     if log.t.shape[0] < 2 or not equations.count():
         return log.order_matters
-    events = _Event(
-        log.t, log.transition, log.before, log.mode_before, log.after, log.mode_after
-    )
+    events = _Event(log.t, log.transition, log.before, log.mode_before, log.after, log.mode_after)
     first, second = (
         jax.tree.map(lambda column, part=part: column[part], events)
         for part in (slice(None, -1), slice(1, None))

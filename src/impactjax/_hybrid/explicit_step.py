@@ -93,9 +93,7 @@ class ExplicitStep(AbstractFlowStep):
         retry = jnp.where(accurate & (returns >= 1) & found.unclear, shorter, retry)
         following = jnp.where(landed | at_once, guess, jnp.where(plain, h * factor, retry))
         lands = wanted & ends & ~accepted
-        after = _Memory(
-            following, jnp.where(lands, found.guard, NO_EVENT).astype(jnp.int32)
-        )
+        after = _Memory(following, jnp.where(lands, found.guard, NO_EVENT).astype(jnp.int32))
         event = jnp.where(plain, NO_EVENT, found.event)
         still_armed = jnp.where(plain, armed.armed, found.armed)
         return Attempt(accepted, taken, taken, end, event, still_armed, after)
@@ -115,9 +113,7 @@ class ExplicitStep(AbstractFlowStep):
         s: Scalar,
         delay: Scalar,
     ) -> State:
-        end, _, _ = _stepped(
-            self.solver, equations, expansion.t, expansion.y, mode, s - delay
-        )
+        end, _, _ = _stepped(self.solver, equations, expansion.t, expansion.y, mode, s - delay)
         return unpacked(end, like)
 
     def _order(self) -> int:

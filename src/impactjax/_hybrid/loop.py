@@ -26,9 +26,7 @@ _UNMOVED = 16.0  # a jump leaves a guard at zero if the guard grows by less than
 _Carry: TypeAlias = tuple[Lane, Log, Array]
 
 
-def record_steps(
-    step: AbstractFlowStep, fixed: Equations, max_steps: int, run: Run
-) -> Record:
+def record_steps(step: AbstractFlowStep, fixed: Equations, max_steps: int, run: Run) -> Record:
     """Runs the lane and logs its steps. Under `vmap` all lanes run in one loop.
 
     `fixed` is all of the equations but their arrays.
@@ -100,9 +98,7 @@ def _begin(run: Run) -> Lane:
     return Lane(run.start, jnp.int32(0), run.verdict, done)
 
 
-def _pass(
-    step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane
-) -> tuple[Lane, Log]:
+def _pass(step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane) -> tuple[Lane, Log]:
     point, equations = lane.point, eqx.combine(run.arrays, fixed)
     attempt = step.attempt(equations, point, run.tolerance, run.scale)
     t = point.t + attempt.h
@@ -116,9 +112,7 @@ def _pass(
     moved = taken & ~last
     retried = point._replace(memory=point.memory._replace(step=attempt.memory))
     still = choose(lane.done | attempt.accepted, point, retried)
-    row = Log(
-        point.t, point.y, point.mode, attempt.h, attempt.unit, attempt.y, event, taken, last
-    )
+    row = Log(point.t, point.y, point.mode, attempt.h, attempt.unit, attempt.y, event, taken, last)
     lane = Lane(
         choose(moved, after, still),
         lane.events + (moved & (event != NO_EVENT)).astype(jnp.int32),
@@ -169,9 +163,7 @@ def _diagnosed(point: Point, attempt: Attempt, after: Point) -> RESULTS:
 
 def _row_without_step(point: Point) -> Log:
     nothing, one, no = jnp.zeros_like(point.t), jnp.ones_like(point.t), jnp.zeros((), bool)
-    return Log(
-        point.t, point.y, point.mode, nothing, one, point.y, jnp.int32(NO_EVENT), no, no
-    )
+    return Log(point.t, point.y, point.mode, nothing, one, point.y, jnp.int32(NO_EVENT), no, no)
 
 
 def _concluded(lane: Lane) -> RESULTS:

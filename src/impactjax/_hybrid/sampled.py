@@ -42,9 +42,7 @@ def sample(
         s, h = ts - begin, jax.lax.stop_gradient(own.h)
         waits = (own_log.t + own_log.h < jax.lax.stop_gradient(own.next_t)) & (s > h)
         inside = jnp.where(waits | (s < 0), 0.0, s)  # far outside the step it may overflow
-        flowed = step.evaluate(
-            equations, own.y, own_log.mode, own.expansion, inside, own.t - begin
-        )
+        flowed = step.evaluate(equations, own.y, own_log.mode, own.expansion, inside, own.t - begin)
         after = own.next_y, _at(next_modes, row)
         y, mode = choose(waits, after, (flowed, own_log.mode))
         return choose(ts < start.t, (start.y, start.mode), (y, mode))

@@ -76,9 +76,7 @@ class SeriesStep(AbstractFlowStep):
         shorter = shortened(h, found.fraction, start.t)
         taken = jnp.where(found.unclear, shorter, h * jnp.minimum(found.fraction, 1.0))
         expansion = _Expansion(states, unit)
-        end = self.evaluate(
-            equations, start.y, start.mode, expansion, taken, jnp.zeros_like(taken)
-        )
+        end = self.evaluate(equations, start.y, start.mode, expansion, taken, jnp.zeros_like(taken))
         following = jnp.minimum(natural, jnp.maximum(_LONGEST * taken, unit))
         after = _Memory(
             jnp.where(found.unclear, unit, following),

@@ -17,6 +17,7 @@ from impactjax._hybrid.sampled import sample
 from impactjax._hybrid.solution import Solution
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import HybridSystem, State
+from impactjax._known import AnyArray
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 from impactjax._simulate.arguments import as_number, as_times, check_order, check_tolerance, limit
@@ -61,20 +62,44 @@ def solve(
     """
     check_kind("system", system, HybridSystem, "Ball(gravity, restitution)")
     check_kind("start", start, Start, "Start(t=0.0, y=y0)")
-    max_steps, max_events = limit("max_steps", max_steps), limit("max_events", max_events)
     times = as_times(ts)
     if start.memory is None:
         check_order(as_number("t", start.t), times)
+    return solve_run(
+        system,
+        start,
+        times,
+        tolerance=tolerance,
+        scale=scale,
+        max_steps=max_steps,
+        max_events=max_events,
+        step=step,
+    )
+
+
+def solve_run(
+    system: HybridSystem,
+    start: Start,
+    ts: AnyArray,
+    *,
+    tolerance: ArrayLike,
+    scale: State | None,
+    max_steps: int,
+    max_events: int,
+    step: AbstractStep | None,
+) -> Solution:
+    """The same for times of which some may be equal."""
+    rows, max_events = limit("max_steps", max_steps), limit("max_events", max_events)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     allowed = as_number("tolerance", tolerance)
     check_tolerance(allowed, dtype)
     return _solve(
         flow_step(step, allowed),
-        -(-max_steps // CHUNK) * CHUNK,
+        -(-rows // CHUNK) * CHUNK,
         max_events,
         system,
         as_start(start, dtype),
-        jnp.asarray(times, dtype),
+        jnp.asarray(ts, dtype),
         jnp.asarray(allowed, dtype),
         as_scale(scale, start.y, dtype),
     )
@@ -93,7 +118,7 @@ def _solve(
 ) -> Solution:
     equations = Equations(system)
     point = begin(step, equations, start)
-    in_order = jnp.all(jnp.diff(ts) > 0) & (point.memory.since <= ts[0])
+    in_order = jnp.all(jnp.diff(ts) >= 0) & (point.memory.since <= ts[0])
     floor = 10 * jnp.finfo(ts.dtype).eps
     verdict = RESULTS.where(tolerance >= floor, RESULTS.successful, RESULTS.tolerance_too_small)
     verdict = RESULTS.where(in_order, verdict, RESULTS.times_out_of_order)
@@ -104,9 +129,7 @@ def _solve(
     ys, modes = sample(step, equations, point, path, record, ts)
     events = events_of(equations, path, record, tolerance, max_events)
     final = final_of(point, path, record)
-    full = RESULTS.where(
-        events.count > max_events, RESULTS.max_events_reached, RESULTS.successful
-    )
+    full = RESULTS.where(events.count > max_events, RESULTS.max_events_reached, RESULTS.successful)
     result = RESULTS.where(record.result == RESULTS.successful, full, record.result)
     reached = jnp.any(record.log.last) | (record.final.t > ts[-1])
     known = (ts <= record.final.t) | reached

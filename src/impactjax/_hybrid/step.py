@@ -50,14 +50,18 @@ class AbstractFlowStep(eqx.Module):
         """One attempt at a step."""
 
     @abc.abstractmethod
-    def expand(
-        self, equations: Equations, t: Scalar, y: State, mode: Mode, unit: Scalar
-    ) -> PyTree:
+    def expand(self, equations: Equations, t: Scalar, y: State, mode: Mode, unit: Scalar) -> PyTree:
         """Data for `evaluate` of a step, computed once for all its samples."""
 
     @abc.abstractmethod
     def evaluate(
-        self, equations: Equations, like: State, mode: Mode, expansion: PyTree, s: Scalar, delay: Scalar
+        self,
+        equations: Equations,
+        like: State,
+        mode: Mode,
+        expansion: PyTree,
+        s: Scalar,
+        delay: Scalar,
     ) -> State:
         """The state, a tree like `like`, a time `s − delay` after the start of the step.
 

@@ -1,0 +1,217 @@
+"""The verb `solve_events`: a differential equation with events, in the words of Diffrax."""
+
+import itertools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Int, PyTree
+
+from impactjax._hybrid.equations import choose
+from impactjax._hybrid.event_log import EventLog
+from impactjax._hybrid.lane import Start
+from impactjax._hybrid.reset import AbstractReset
+from impactjax._hybrid.solve import solve_run
+from impactjax._hybrid.system import HybridSystem, Mode, State, Transition
+from impactjax._refusal import check_kind
+from impactjax._results import RESULTS
+from impactjax._simulate.runge_kutta import RungeKutta
+from impactjax._simulate.step import AbstractStep
+from impactjax._types import Samples, Scalar
+
+if TYPE_CHECKING:
+    import diffrax
+
+
+class EventSolution(eqx.Module):
+    """A solution with events.
+
+    - `ts`, `ys`: as asked for in `saveat`, which may be a tree of outputs.
+    - `terms`: number of the term that holds at each time, in the same tree.
+    - `events`: the event log; `transition` is the number of the event in the argument `events`.
+    - `final`: where the run has stopped, to go on from by the argument `start`.
+    - `result`: result code.
+    - `stats`: number of steps.
+    """
+
+    ts: PyTree
+    ys: PyTree
+    terms: PyTree
+    events: EventLog
+    final: Start
+    result: RESULTS
+    stats: dict[str, Int[Array, "..."]]
+
+
+def solve_events(
+    terms: "diffrax.ODETerm | Sequence[diffrax.ODETerm]",
+    solver: "diffrax.AbstractERK | AbstractStep",
+    t0: ArrayLike,
+    t1: ArrayLike,
+    y0: State,
+    args: PyTree = None,
+    *,
+    events: Sequence[AbstractReset],
+    saveat: "diffrax.SaveAt | None" = None,
+    term: int = 0,
+    start: Start | None = None,
+    tolerance: ArrayLike = 1e-8,
+    scale: State | None = None,
+    max_steps: int = 4096,
+    max_events: int = 64,
+) -> EventSolution:
+    """Solves an ordinary differential equation with events that change the state and the run goes
+    on.
+
+    The earliest of several events happens first, however long the step. Times and states of events
+    have exact derivatives, in forward and reverse mode.
+
+    **Arguments:**
+
+    - `terms`: an `ODETerm`, or several of which one holds at a time.
+    - `solver`: an explicit Runge-Kutta method of Diffrax, such as `diffrax.Tsit5()`; or a
+      `TaylorStep`, for analytic vector fields.
+    - `t0`, `t1`: start and end, t0 < t1.
+    - `y0`, `args`: as for `diffrax.diffeqsolve`; derivatives go through both.
+    - `events`: `Reset` and `ResetAt` objects.
+    - `saveat`: a `diffrax.SaveAt` with `t0`, `t1`, `ts`, `fn` or `subs`; the end by default. At an
+      event, values are those after it.
+    - `term`: number of the term that holds at first.
+    - `start`: the `final` of another solution, instead of `t0`, `y0` and `term`.
+    - `tolerance`, `scale`, `max_steps`, `max_events`: as for `solve`.
+
+    **Raises** `ValueError` for a `saveat` with `steps` or `dense`, an unknown term, and as `solve`
+    does; `TypeError` for arguments of the wrong type.
+    """
+    import diffrax
+
+    several = (terms,) if isinstance(terms, diffrax.ODETerm) else tuple(terms)
+    wanted = diffrax.SaveAt(t1=True) if saveat is None else saveat
+    _check(several, events, term, wanted)
+    begin, end = jnp.asarray(t0, float), jnp.asarray(t1, float)
+    subs, structure = jax.tree.flatten(wanted.subs, is_leaf=_is_sub)
+    times = [_times(each, begin, end) for each in subs]
+    joined = jnp.concatenate([*times, end[None]])
+    order = jnp.argsort(joined)
+    counts = (jnp.int32(0),) * len(events)
+    solved = solve_run(
+        _Terms(several, tuple(events), args),
+        Start(begin, y0, (term, counts)) if start is None else start,
+        joined[order],
+        tolerance=tolerance,
+        scale=scale,
+        max_steps=max_steps,
+        max_events=max_events,
+        step=solver if isinstance(solver, AbstractStep) else RungeKutta(solver),
+    )
+    place = jnp.argsort(order)
+    ys, own = jax.tree.map(lambda column: column[place], (solved.ys, solved.modes[0]))
+    ends = np.cumsum([0, *[each.size for each in times]])
+    parts = [slice(a, b) for a, b in itertools.pairwise(ends)]
+
+    def outputs(sub: "diffrax.SubSaveAt", ts: Samples, part: slice) -> PyTree:
+        values = jax.tree.map(lambda column: column[part], ys)
+        return jax.vmap(lambda t, y: sub.fn(t, y, args))(ts, values)
+
+    saved = [outputs(*each) for each in zip(subs, times, parts, strict=True)]
+    numbers = np.array([*_numbers(events), -1])  # the last for unused rows
+    return EventSolution(
+        jax.tree.unflatten(structure, times),
+        jax.tree.unflatten(structure, saved),
+        jax.tree.unflatten(structure, [own[part] for part in parts]),
+        eqx.tree_at(
+            lambda log: log.transition,
+            solved.events,
+            jnp.asarray(numbers)[solved.events.transition],
+        ),
+        solved.final,
+        solved.result,
+        {"num_steps": solved.steps},
+    )
+
+
+class _Terms(HybridSystem):
+    """Terms of Diffrax with events. The mode holds the number of the term, and for each event how
+    often it has happened.
+    """
+
+    terms: "tuple[diffrax.ODETerm, ...]"
+    events: tuple[AbstractReset, ...]
+    args: PyTree
+
+    def flow(self, t: Scalar, y: State, mode: Mode) -> State:
+        rates = self.terms[0].vf(t, y, self.args)
+        for number, each in enumerate(self.terms[1:], start=1):
+            rates = choose(mode[0] == number, each.vf(t, y, self.args), rates)
+        return rates
+
+    def transitions(self) -> Sequence[Transition]:
+        return [
+            _transition(number, event, direction, self.args)
+            for number, event in enumerate(self.events)
+            for direction in event.directions()
+        ]
+
+
+def _transition(number: int, event: AbstractReset, direction: float, args: PyTree) -> Transition:
+    def guard(t: Scalar, y: State, mode: Mode) -> ArrayLike:
+        term, counts = mode
+        value = direction * event.condition(t, y, args, counts[number])
+        return jnp.where(event.applies(term), value, 1.0)
+
+    reset = event.jump()
+    if reset is None:
+        return Transition(guard)
+
+    def jump(t: Scalar, y: State, mode: Mode) -> tuple[State, Mode]:
+        term, counts = mode
+        counted = [*counts[:number], counts[number] + 1, *counts[number + 1 :]]
+        return reset(t, y, args), (event.following(term), tuple(counted))
+
+    return Transition(guard, jump)
+
+
+def _numbers(events: Sequence[AbstractReset]) -> list[int]:
+    """The number of the event of each transition."""
+    return [number for number, event in enumerate(events) for _ in event.directions()]
+
+
+def _times(sub: "diffrax.SubSaveAt", t0: Scalar, t1: Scalar) -> Samples:
+    """The times of an output, in the order of Diffrax."""
+    parts = [t0[None]] if sub.t0 else []
+    parts += [] if sub.ts is None else [jnp.asarray(sub.ts, t0.dtype)]
+    parts += [t1[None]] if sub.t1 else []
+    return jnp.concatenate(parts)
+
+
+def _is_sub(node: object) -> bool:
+    import diffrax
+
+    return isinstance(node, diffrax.SubSaveAt)
+
+
+def _check(
+    terms: "Sequence[diffrax.ODETerm]",
+    events: Sequence[AbstractReset],
+    term: int,
+    saveat: "diffrax.SaveAt",
+) -> None:
+    """Checks the arguments of `solve_events`."""
+    import diffrax
+
+    for each in terms:
+        check_kind("terms", each, diffrax.ODETerm, "diffrax.ODETerm(vector_field)")
+    for event in events:
+        check_kind("events", event, AbstractReset, "Reset(cond_fn, reset)")
+        event.check(len(terms))
+    check_kind("saveat", saveat, diffrax.SaveAt, "diffrax.SaveAt(ts=ts)")
+    subs = jax.tree.leaves(saveat.subs, is_leaf=_is_sub)
+    if saveat.dense or any(each.steps for each in subs):
+        raise ValueError("Argument `saveat` must not ask for `steps` or `dense`: give `ts`.")
+    if not 0 <= term < len(terms):
+        raise ValueError(
+            f"Argument `term` must number one of {len(terms)} terms, but it is {term}."
+        )
