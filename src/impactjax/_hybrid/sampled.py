@@ -9,7 +9,11 @@ from impactjax._hybrid.lane import Point, Record
 from impactjax._hybrid.path import Path
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import Mode, State
+from impactjax._simulate.chunks import FEW_STEPS, map_rows
+from impactjax._simulate.pairs import in_blocks, pairs_of
 from impactjax._types import Samples, Scalar
+
+_ROUNDING = 8.0  # units in the last place of a time
 
 
 def last_taken(record: Record) -> Array:
@@ -27,27 +31,43 @@ def sample(
     ts: Samples,
 ) -> tuple[State, Mode]:
     """State and mode at the times `ts`; at an event, those after it."""
-    log = record.log
-    numbers = jnp.arange(log.t.shape[0], dtype=jnp.int32)
-    starts = jnp.where(numbers <= last_taken(record), log.t, jnp.inf)
-    found = jnp.searchsorted(starts, jax.lax.stop_gradient(ts), side="right") - 1
-    rows = jax.lax.cummax(jnp.where(log.taken, numbers, 0))[jnp.maximum(found, 0)]
-    next_modes = jax.vmap(
-        lambda row: equations.jump(row.event, row.t + row.h, row.end, row.mode).mode
-    )(log)
+    log, times = record.log, in_blocks(ts)
+    blocks = times.shape[0]
+    pairs = pairs_of(log.t, log.taken, record.passes, jax.lax.stop_gradient(ts))
+    few = pairs.step.shape[0] < log.t.shape[0]  # most steps contain no sample
 
-    def one(ts: Scalar, row: Array) -> tuple[State, Mode]:
-        own, own_log = _at(path, row), _at(log, row)
-        begin = jax.lax.stop_gradient(own.t)
-        s, h = ts - begin, jax.lax.stop_gradient(own.h)
-        waits = (own_log.t + own_log.h < jax.lax.stop_gradient(own.next_t)) & (s > h)
-        inside = jnp.where(waits | (s < 0), 0.0, s)  # far outside the step it may overflow
-        flowed = step.evaluate(equations, own.y, own_log.mode, own.expansion, inside, own.t - begin)
-        after = own.next_y, _at(next_modes, row)
-        y, mode = choose(waits, after, (flowed, own_log.mode))
-        return choose(ts < start.t, (start.y, start.mode), (y, mode))
+    def states(pair: tuple[Array, Array]) -> tuple[State, Mode]:
+        row, block = pair
+        own, own_log = _at(path._replace(expansion=()), row), _at(log, row)
+        if few:
+            expansion = step.expand(equations, own.t, own.y, own_log.mode, own_log.unit)
+        else:
+            expansion = _at(path.expansion, row)
+        begin, h = own_log.t, own_log.h
+        waits = begin + h < jax.lax.stop_gradient(own.next_t)
+        jump = equations.jump(own_log.event, begin + h, own_log.end, own_log.mode)
 
-    return jax.vmap(one)(ts, rows)
+        def at(ts: Scalar) -> tuple[State, Mode]:
+            s = ts - begin
+            later = waits & (s > h)
+            end = h + _ROUNDING * jnp.finfo(h.dtype).eps * jnp.abs(begin)
+            inside = jnp.where((s >= 0) & (s <= end), s, 0.0)  # far outside it may overflow
+            y = step.evaluate(equations, own.y, own_log.mode, expansion, inside, own.t - begin)
+            return choose(later, (own.next_y, jump.mode), (y, own_log.mode))
+
+        return jax.vmap(at)(times[block])
+
+    rows = pairs.step, pairs.block
+    values = map_rows(states, rows, blocks + record.passes, blocks + FEW_STEPS)
+    sampled = jax.tree.map(
+        lambda column: column.reshape(-1, *column.shape[2:])[pairs.place], values
+    )
+    early = ts < start.t
+
+    def unless_early(first: Array, column: Array) -> Array:
+        return jnp.where(early.reshape(-1, *[1] * first.ndim), first, column)
+
+    return jax.tree.map(unless_early, (start.y, start.mode), sampled)
 
 
 def _at(columns: PyTree, row: Array) -> PyTree:

@@ -10,7 +10,6 @@ import jax.numpy as jnp
 from impactjax._simulate.crossing import Crossing, first_crossing
 from impactjax._types import Flag, Scalar
 
-
 Jet: TypeAlias = tuple[Scalar, Scalar, Scalar]
 
 
