@@ -10,11 +10,20 @@ from collections.abc import Callable, Sequence
 
 import jax
 import jax.numpy as jnp
+from jax import lax
 from jax.extend.core import JaxprEqn
 from jaxtyping import Array
 
 from impactjax._simulate.jaxpr import read, unchanged
-from impactjax._simulate.recurrences.series import Operand, Program, Series, at, refusal
+from impactjax._simulate.recurrences.series import (
+    Operand,
+    Program,
+    Series,
+    all_at,
+    at,
+    grown,
+    refusal,
+)
 from impactjax._simulate.recurrences.tables import EVERYWHERE, Table
 from impactjax._types import Scalar
 
@@ -59,6 +68,20 @@ def _apply(
     if not any(isinstance(operand, list) for operand in operands):
         return unchanged(equation, operands)
     name = equation.primitive.name
+    if name == "cond" and not isinstance(operands[0], list):
+        index, *arguments = operands
+        rule = functools.partial(_apply, table, program)
+        branches = equation.params["branches"]
+        outputs = [read(branch.jaxpr, branch.consts, arguments, rule) for branch in branches]
+        return [_selected(program, index, cases) for cases in zip(*outputs, strict=True)]
     if name not in table:
         raise refusal(name)
     return table[name](equation, operands, program)
+
+
+def _selected(program: Program, index: Array | float, cases: Sequence[Operand]) -> Operand:
+    """The case of an index that time does not change."""
+    which = jnp.clip(jnp.asarray(index, jnp.int32), 0, len(cases) - 1)
+    if any(isinstance(case, list) for case in cases):
+        return grown(program, lambda k: lax.select_n(which, *all_at(cases, k)))
+    return lax.select_n(which, *map(jnp.asarray, cases))

@@ -82,7 +82,8 @@ def _converted(equation: JaxprEqn, operands: list[Operand], program: Program) ->
 
 
 _STEPPED = ("sign", "floor", "ceil", "round", "lt", "le", "gt", "ge", "eq", "ne")
-_LOGICAL = ("and", "or", "xor", "not", "is_finite", "reduce_and", "reduce_or", "argmax", "argmin")
+_LOGICAL = ("and", "or", "xor", "not", "is_finite", "reduce_and", "reduce_or")
+_PLACES = ("argmax", "argmin", "lu_pivots_to_permutation", "rem")
 
 SWITCHING: dict[str, Rule] = {
     "abs": elementwise(_magnitude),
@@ -90,4 +91,4 @@ SWITCHING: dict[str, Rule] = {
     "min": elementwise(_smaller),
     "select_n": _chosen,
     "convert_element_type": _converted,
-} | dict.fromkeys((*_STEPPED, *_LOGICAL), _held)
+} | dict.fromkeys((*_STEPPED, *_LOGICAL, *_PLACES), _held)
