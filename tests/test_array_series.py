@@ -118,7 +118,7 @@ def test_derivative_by_the_start_is_the_rate():
     field, _, y = SYSTEMS["double pendulum"]
 
     def end(y):
-        return [sum(state) for state in series_of(field, y, order=8, unit=0.005)]
+        return [sum(state) for state in series_of(field, y, order=6, unit=0.002)]
 
     @jax.jit
     def both(y):
@@ -153,7 +153,8 @@ def test_derivatives_and_batches_of_operations():
         (reverse,) = pull(jax.tree.map(jnp.cos, value))
         return value, forward, reverse, jax.vmap(series)(ts)
 
-    value, forward, reverse, batch = everything(jnp.array([0.3, 0.31]))
+    found = everything(jnp.array([0.3, 0.31]))
+    value, forward, reverse, batch = jax.tree.map(np.asarray, found)
     paired = 0.0
     for name in SOME:
         expected = np.arange(1, 5).reshape(-1, *[1] * (value[name].ndim - 1)) * value[name][1:]
@@ -169,7 +170,7 @@ def test_factors_are_computed_once():
     field, _, y = SYSTEMS["double pendulum"]
     text = str(jax.make_jaxpr(lambda y: series_of(field, y, EVERYWHERE, order=6))(y))
     assert text.count(" = lu ") == 1
-    assert text.count(" = custom_linear_solve[") == 6
+    assert text.count(" = custom_linear_solve[") == 7
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from impactjax._simulate.recurrences.series import (
     at,
     grown,
     refusal,
+    start,
 )
 from impactjax._simulate.recurrences.tables import EVERYWHERE, Table
 from impactjax._types import Scalar
@@ -73,7 +74,7 @@ def _apply(
         rule = functools.partial(_apply, table, program)
         branches = equation.params["branches"]
         outputs = [read(branch.jaxpr, branch.consts, arguments, rule) for branch in branches]
-        return [_selected(program, index, cases) for cases in zip(*outputs, strict=True)]
+        return [_selected(program, start(index), cases) for cases in zip(*outputs, strict=True)]
     if name not in table:
         raise refusal(name)
     return table[name](equation, operands, program)

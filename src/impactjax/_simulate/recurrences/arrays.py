@@ -102,7 +102,8 @@ REARRANGING = (
     "pad",
 )
 
-ARRAYS: dict[str, Rule] = dict.fromkeys(REARRANGING, _linear) | {
+ARRAYS: dict[str, Rule] = {
+    **dict.fromkeys(REARRANGING, _linear),
     "convert_element_type": convert,
     "select_n": _select,
     "gather": _by_indices(0),

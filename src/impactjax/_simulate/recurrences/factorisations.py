@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 from jax import lax
+from jax.core import ShapedArray
 from jax.extend.core import JaxprEqn
 from jaxtyping import Array
 
@@ -26,7 +27,9 @@ def _lu(equation: JaxprEqn, operands: list[Operand], program: Program) -> Sequen
     """
     (a,) = operands
     assert isinstance(a, list)
-    _, rows, columns = (1, *equation.invars[0].aval.shape)[-3:]
+    aval = equation.invars[0].aval
+    assert isinstance(aval, ShapedArray)
+    rows, columns = aval.shape[-2:]
     if rows != columns:
         raise refusal("lu")
 

@@ -91,4 +91,5 @@ SWITCHING: dict[str, Rule] = {
     "min": elementwise(_smaller),
     "select_n": _chosen,
     "convert_element_type": _converted,
-} | dict.fromkeys((*_STEPPED, *_LOGICAL, *_PLACES), _held)
+    **dict.fromkeys((*_STEPPED, *_LOGICAL, *_PLACES), _held),
+}
