@@ -80,7 +80,7 @@ def grown(program: Program, rule: Callable[[int], Array]) -> Series:
 def several_grown(
     program: Program, count: int, rule: Callable[[int], Sequence[Array]]
 ) -> list[Series]:
-    """As many series, whose coefficients of order k are `rule(k)`."""
+    """Several series, whose coefficients of order k are `rule(k)`."""
     several: list[Series] = [[] for _ in range(count)]
 
     def extend(k: int) -> None:
