@@ -153,13 +153,13 @@ from impactjax._simulate.coefficients import (
     coefficients_of_restitution as coefficients_of_restitution,
 )
 from impactjax._simulate.impact_log import ImpactLog as ImpactLog
+from impactjax._simulate.recurrences.series import NotAnalytic as NotAnalytic
 from impactjax._simulate.rest_log import RestLog as RestLog
 from impactjax._simulate.runge_kutta import RungeKutta as RungeKutta
 from impactjax._simulate.simulate import simulate as simulate
 from impactjax._simulate.simulation import Simulation as Simulation
 from impactjax._simulate.single_impact import single_impact as single_impact
 from impactjax._simulate.step import AbstractStep as AbstractStep
-from impactjax._simulate.taylor import NotAnalytic as NotAnalytic
 from impactjax._simulate.taylor_step import TaylorStep as TaylorStep
 from impactjax._simulate.trajectory import Stats as Stats
 from impactjax._simulate.trajectory import Trajectory as Trajectory

@@ -12,9 +12,9 @@ from jaxtyping import Array, ArrayLike
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode, with_internal
+from impactjax._simulate.recurrences.series import NotAnalytic
 from impactjax._simulate.runge_kutta import RungeKutta
 from impactjax._simulate.step import AbstractStep
-from impactjax._simulate.taylor import NotAnalytic
 from impactjax._simulate.taylor_step import LOWEST_ORDER, TaylorStep
 
 

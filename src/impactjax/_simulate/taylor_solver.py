@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from impactjax._simulate.polynomial import horner
+from impactjax._simulate.recurrences.tables import AWAY_FROM_SINGULARITIES
 from impactjax._simulate.taylor import solution_series
 from impactjax._types import Scalar
 
@@ -41,7 +42,8 @@ class Taylor(diffrax.AbstractSolver[Any]):
 
     The series is derived from the vector field itself: its jaxpr is read once, and each operation
     has a recurrence. The dense output is as accurate as the steps. Source: Jorba & Zou,
-    Experimental Mathematics 14, 99 (2005).
+    Experimental Mathematics 14, 99 (2005). At a point where a root, a power or an angle is not
+    analytic, such as √x at zero, the series is not finite.
 
     **Arguments:**
 
@@ -86,7 +88,9 @@ class Taylor(diffrax.AbstractSolver[Any]):
 
         start = jnp.asarray(t0)
         step = jnp.asarray(terms.contr(t0, t1), start.dtype)
-        series, _ = solution_series(field, start, leaves, self.degree, step)
+        series, _ = solution_series(
+            field, start, leaves, self.degree, step, AWAY_FROM_SINGULARITIES
+        )
         coefficients = tuple(
             jax.tree.unflatten(structure, list(row)) for row in zip(*series, strict=True)
         )

@@ -14,9 +14,10 @@ from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.crossing import first_crossing, shortened
 from impactjax._simulate.flow import unheld_acceleration
 from impactjax._simulate.polynomial import polynomial, rescaled, slope
+from impactjax._simulate.recurrences.series import Series
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
-from impactjax._simulate.taylor import Series, solution_series
+from impactjax._simulate.taylor import solution_series
 from impactjax._types import Code, Flag, Scalar
 
 LOWEST_ORDER = 4
