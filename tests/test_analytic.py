@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._simulate.taylor import solution_series
+from impactjax._series.taylor import solution_series
 from tiers import quick
 
 pytestmark = quick

@@ -9,13 +9,13 @@ from jax import lax
 from scipy.integrate import solve_ivp
 
 import impactjax as ij
-from impactjax._simulate.recurrences.series import NotAnalytic
-from impactjax._simulate.recurrences.tables import (
+from impactjax._series.recurrences.series import NotAnalytic
+from impactjax._series.recurrences.tables import (
     AWAY_FROM_SINGULARITIES,
     BETWEEN_SWITCHES,
     EVERYWHERE,
 )
-from impactjax._simulate.taylor import solution_series
+from impactjax._series.taylor import solution_series
 from test_recurrences import ARRAYS, ELEMENTARY, LINEAR, SWITCHES, UNIT, all_series
 
 ORDER, STEP = 12, 0.02

@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import impactjax as ij
-from impactjax._simulate.crossing import first_crossing
+from impactjax._series.crossing import first_crossing
 
 DEGREE = 8
 GOLDEN = (1 + math.sqrt(5)) / 2  # so that no interval ends exactly on a root

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._simulate.polynomial import polynomial
+from impactjax._series.polynomial import polynomial
 from systems import Own
 from tiers import mostly_thorough, thorough
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from jax import lax
 
-from impactjax._simulate.recurrences.tables import BETWEEN_SWITCHES
-from impactjax._simulate.taylor import solution_series
+from impactjax._series.recurrences.tables import BETWEEN_SWITCHES
+from impactjax._series.taylor import solution_series
 
 ORDER, START, UNIT = 12, 0.3, 0.25
 MATRIX = np.array([[0.1, 2.0, -0.5], [1.5, 0.3, 0.4], [-0.2, 0.7, 1.1]])

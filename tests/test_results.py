@@ -9,8 +9,8 @@ import pytest
 from jaxtyping import Array
 
 import impactjax as ij
+from impactjax._series.crossing import Crossing
 from impactjax._simulate import taylor_step
-from impactjax._simulate.crossing import Crossing
 from systems import Own
 
 TIMES = np.linspace(0.0, 1.0, 6)

@@ -16,6 +16,8 @@ ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "impactjax"
 FILES = sorted(SOURCE.rglob("*.py"))
 ORDER = [
+    "_series",
+    "_hybrid",
     "_model",
     "_optimise",
     "_study",

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._simulate.recurrences.series import NotAnalytic
-from impactjax._simulate.taylor import solution_series
+from impactjax._series.recurrences.series import NotAnalytic
+from impactjax._series.taylor import solution_series
 from systems import Own
 
 ORDER, START, UNIT = 12, 0.3, 0.5

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from impactjax._simulate.default_step import natural_order
+from impactjax._series.order import natural_order
 from tiers import mostly_thorough
 
 IMPACTS = 1000

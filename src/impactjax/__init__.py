@@ -62,6 +62,22 @@ from impactjax._fit.score_test import HeldParameter as HeldParameter
 from impactjax._fit.starts import Starts as Starts
 from impactjax._fit.synthetic import synthetic as synthetic
 from impactjax._fit.verdict import Verdict as Verdict
+from impactjax._hybrid.event_log import EventLog as EventLog
+from impactjax._hybrid.lane import Start as Start
+from impactjax._hybrid.reset import Reset as Reset
+from impactjax._hybrid.reset import ResetAt as ResetAt
+from impactjax._hybrid.section import Section as Section
+from impactjax._hybrid.section import section as section
+from impactjax._hybrid.solution import Solution as Solution
+from impactjax._hybrid.solve import solve as solve
+from impactjax._hybrid.solve_events import EventSolution as EventSolution
+from impactjax._hybrid.solve_events import solve_events as solve_events
+from impactjax._hybrid.surface import AtTransition as AtTransition
+from impactjax._hybrid.surface import Every as Every
+from impactjax._hybrid.surface import Through as Through
+from impactjax._hybrid.system import HybridSystem as HybridSystem
+from impactjax._hybrid.system import Tail as Tail
+from impactjax._hybrid.system import Transition as Transition
 from impactjax._identify.couplings import Accuracy as Accuracy
 from impactjax._identify.couplings import Couplings as Couplings
 from impactjax._identify.couplings import couplings as couplings
@@ -147,13 +163,13 @@ from impactjax._sensor.quantity import Displacement as Displacement
 from impactjax._sensor.quantity import ProperAcceleration as ProperAcceleration
 from impactjax._sensor.quantity import Velocity as Velocity
 from impactjax._sensor.sensor import Sensor as Sensor
+from impactjax._series.recurrences.series import NotAnalytic as NotAnalytic
 from impactjax._simulate.chatter import Chatter as Chatter
 from impactjax._simulate.coefficients import Coefficients as Coefficients
 from impactjax._simulate.coefficients import (
     coefficients_of_restitution as coefficients_of_restitution,
 )
 from impactjax._simulate.impact_log import ImpactLog as ImpactLog
-from impactjax._simulate.recurrences.series import NotAnalytic as NotAnalytic
 from impactjax._simulate.rest_log import RestLog as RestLog
 from impactjax._simulate.runge_kutta import RungeKutta as RungeKutta
 from impactjax._simulate.simulate import simulate as simulate

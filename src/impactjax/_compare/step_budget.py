@@ -3,9 +3,9 @@
 import math
 
 from impactjax._first_look.first_look import FirstLook
+from impactjax._hybrid.chunks import CHUNK
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._record.abstract_recording import AbstractRecording
-from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.taylor_step import TaylorStep

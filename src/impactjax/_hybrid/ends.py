@@ -7,15 +7,15 @@ from jaxtyping import Array, ArrayLike
 
 from impactjax._hybrid.equations import NO_EVENT, Equations, alike_in_shape
 from impactjax._hybrid.lane import Memory, Point, Record, Start
+from impactjax._hybrid.method import AbstractMethod
 from impactjax._hybrid.path import Path
 from impactjax._hybrid.sampled import last_taken
+from impactjax._hybrid.series_step import SeriesStep
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import State
 from impactjax._known import AnyArray
 from impactjax._refusal import check_kind
-from impactjax._simulate.default_step import natural_order
-from impactjax._simulate.step import AbstractStep
-from impactjax._simulate.taylor_step import TaylorStep
+from impactjax._series.order import natural_order
 
 
 def as_start(start: Start, dtype: np.dtype) -> Start:
@@ -38,17 +38,17 @@ def as_scale(scale: State | None, y: State, dtype: np.dtype) -> State:
     return like if scale is None else alike_in_shape("scale", scale, like)
 
 
-def flow_step(step: AbstractStep | None, tolerance: AnyArray) -> AbstractFlowStep:
+def flow_step(step: AbstractMethod | None, tolerance: AnyArray) -> AbstractFlowStep:
     """The step of a run: by default a Taylor step of the order that costs least."""
     if step is None:
-        return TaylorStep(natural_order(tolerance)).of_flows()
-    check_kind("step", step, AbstractStep, "TaylorStep()")
+        return SeriesStep(natural_order(tolerance))
+    check_kind("step", step, AbstractMethod, "TaylorStep()")
     return step.of_flows()
 
 
 def begin(step: AbstractFlowStep, equations: Equations, start: Start) -> Point:
     """The first point, with what the lane remembers."""
-    t, y, mode = start.t, start.y, start.mode
+    t, y, mode = jnp.asarray(start.t), start.y, start.mode
     if start.memory is not None:
         return Point(t, y, mode, start.memory)
     guards = equations.guard_values(t, y, mode)

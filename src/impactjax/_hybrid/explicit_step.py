@@ -15,8 +15,8 @@ from impactjax._hybrid.numbers import direction, packed, time_scale, unpacked
 from impactjax._hybrid.step import AbstractFlowStep, Attempt
 from impactjax._hybrid.system import Mode, State
 from impactjax._hybrid.watch import Armed, arm, cleaned, until_return, watch
-from impactjax._simulate.crossing import shortened
-from impactjax._simulate.quintic import quintic
+from impactjax._series.crossing import shortened
+from impactjax._series.quintic import quintic
 from impactjax._types import Code, Scalar
 
 if TYPE_CHECKING:

@@ -12,12 +12,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
+from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.equations import NO_EVENT, Equations, Jump, choose
 from impactjax._hybrid.lane import Lane, Log, Memory, Point, Record, Run
 from impactjax._hybrid.step import AbstractFlowStep, Attempt
+from impactjax._hybrid.varying import alike
 from impactjax._results import RESULTS
-from impactjax._simulate.chunks import CHUNK
-from impactjax._simulate.varying import alike
 from impactjax._types import Flag
 
 _REPEATS = 8  # an event that repeats more often without time passing has no end

@@ -16,11 +16,11 @@ import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, PyTree
 
+from impactjax._hybrid.chunks import FEW_STEPS, map_rows, scan_rows
 from impactjax._hybrid.equations import NO_EVENT, Equations
 from impactjax._hybrid.lane import Log, Record
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import State
-from impactjax._simulate.chunks import FEW_STEPS, map_rows, scan_rows
 from impactjax._types import Scalar
 
 _Carry: TypeAlias = tuple[Scalar, State]  # tangents of the next start: time and state
@@ -63,7 +63,7 @@ def differentiable_path(
         FEW_STEPS,
     )
     jumped = jax.vmap(lambda row: _next(equations, row, row.t, row.y, row.h, row.end))(log)
-    return Path(log.t, log.y, log.h, log.end, *jumped, expansions)
+    return Path(log.t, log.y, log.h, log.end, jumped[0], jumped[1], expansions)
 
 
 @partial(differentiable_path.defjvp, symbolic_zeros=True)
@@ -147,7 +147,7 @@ def _push_forward(
     _, d_end = jax.jvp(flowed, place, (d_varied, d_y, d_expansion, d_h))
     _, d_next = jax.jvp(followed, (varied, t, y, h, end), (d_varied, d_t, d_y, d_h, d_end))
     moved = jax.tree.map(lambda new, old: jnp.where(log.taken, new, old), d_next, carry)
-    return moved, Path(d_t, d_y, d_h, d_end, *d_next, d_expansion)
+    return moved, Path(d_t, d_y, d_h, d_end, d_next[0], d_next[1], d_expansion)
 
 
 def _next(

@@ -4,13 +4,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
+from impactjax._hybrid.chunks import FEW_STEPS, map_rows
 from impactjax._hybrid.equations import Equations, choose
 from impactjax._hybrid.lane import Point, Record
+from impactjax._hybrid.pairs import in_blocks, pairs_of
 from impactjax._hybrid.path import Path
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import Mode, State
-from impactjax._simulate.chunks import FEW_STEPS, map_rows
-from impactjax._simulate.pairs import in_blocks, pairs_of
 from impactjax._types import Samples, Scalar
 
 _ROUNDING = 8.0  # units in the last place of a time

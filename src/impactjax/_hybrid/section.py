@@ -7,19 +7,19 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from impactjax._hybrid.arguments import as_number, check_tolerance, limit
+from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step
 from impactjax._hybrid.equations import Equations
 from impactjax._hybrid.lane import Run, Start
 from impactjax._hybrid.loop import record_steps
+from impactjax._hybrid.method import AbstractMethod
 from impactjax._hybrid.path import differentiable_path
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.surface import AbstractSurface, Marked
 from impactjax._hybrid.system import HybridSystem, State
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
-from impactjax._simulate.arguments import as_number, check_tolerance, limit
-from impactjax._simulate.chunks import CHUNK
-from impactjax._simulate.step import AbstractStep
 from impactjax._types import Code, Flag, Scalar
 
 _ROWS = 4 * CHUNK  # steps in one part of a run
@@ -58,7 +58,7 @@ class Section(eqx.Module):
 class _Carry(NamedTuple):
     start: Start
     crossings: Crossings
-    count: Code
+    passed: Code
     idle: Code
     result: RESULTS
 
@@ -72,7 +72,7 @@ def section(
     skip: int = 0,
     tolerance: ArrayLike = 1e-8,
     scale: State | None = None,
-    step: AbstractStep | None = None,
+    step: AbstractMethod | None = None,
 ) -> Section:
     """States at the crossings of a surface.
 
@@ -129,7 +129,7 @@ def _section(
 
     def unfinished(carry: _Carry) -> Flag:
         runs = carry.result == RESULTS.successful
-        return runs & (carry.count < skip + keep)
+        return runs & (carry.passed < skip + keep)
 
     def one_part(carry: _Carry) -> _Carry:
         point = begin(step, equations, carry.start)
@@ -138,7 +138,7 @@ def _section(
         record = record_steps(step, fixed, _ROWS, jax.lax.stop_gradient(run))
         path = differentiable_path(step, fixed, variable, point.t, point.y, record)
         crosses = record.log.taken & (record.log.event == marked.number())
-        place = carry.count + jnp.cumsum(crosses, dtype=jnp.int32) - 1 - skip
+        place = carry.passed + jnp.cumsum(crosses, dtype=jnp.int32) - 1 - skip
         place = jnp.where(crosses & (place >= 0), place, keep)
         found = Crossings(path.t + path.h, path.end, path.next_y)
         crossings = jax.tree.map(
@@ -149,7 +149,7 @@ def _section(
         full = record.result == RESULTS.max_steps_reached
         result = RESULTS.where(full & (idle < _IDLE), RESULTS.successful, record.result)
         after = final_of(point, path, record)
-        return _Carry(after, crossings, carry.count + more, idle, result)
+        return _Carry(after, crossings, carry.passed + more, idle, result)
 
     def unknown(leaf: Array) -> Array:
         return jnp.full((keep, *leaf.shape), jnp.nan, leaf.dtype)

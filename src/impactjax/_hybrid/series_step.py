@@ -13,10 +13,11 @@ from impactjax._hybrid.numbers import direction, packed, time_scale, unpacked
 from impactjax._hybrid.step import AbstractFlowStep, Attempt
 from impactjax._hybrid.system import Mode, State
 from impactjax._hybrid.watch import arm, cleaned, until_return, watch
-from impactjax._simulate.accuracy import longest_accurate
-from impactjax._simulate.crossing import shortened
-from impactjax._simulate.polynomial import polynomial, rescaled
-from impactjax._simulate.taylor import solution_series
+from impactjax._series.accuracy import longest_accurate
+from impactjax._series.crossing import shortened
+from impactjax._series.polynomial import polynomial, rescaled
+from impactjax._series.recurrences.tables import AWAY_FROM_SINGULARITIES
+from impactjax._series.taylor import solution_series
 from impactjax._types import Scalar
 
 _LONGEST = 100.0  # largest ratio of a step to the one before
@@ -115,7 +116,7 @@ def _expanded(
         y = jax.tree.unflatten(structure, leaves)
         return jax.tree.leaves(equations.flow(t, y, mode))
 
-    states, _ = solution_series(field, t, leaves, order, unit)
+    states, _ = solution_series(field, t, leaves, order, unit, AWAY_FROM_SINGULARITIES)
     return _Expansion(_stacked(states), unit)
 
 
@@ -130,7 +131,7 @@ def _with_guards(
         rates = jax.tree.leaves(equations.flow(t, y, start.mode))
         return [*rates, *equations.guards(t, y, start.mode)]
 
-    states, guards = solution_series(field, start.t, leaves, order, unit)
+    states, guards = solution_series(field, start.t, leaves, order, unit, AWAY_FROM_SINGULARITIES)
     if not guards:
         return _stacked(states), [jnp.zeros(0, unit.dtype)] * (order + 1)
     return _stacked(states), [jnp.stack(each) for each in zip(*guards, strict=True)]

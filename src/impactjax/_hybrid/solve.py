@@ -7,11 +7,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike
 
+from impactjax._hybrid.arguments import as_number, as_times, check_order, check_tolerance, limit
+from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step
 from impactjax._hybrid.equations import Equations
 from impactjax._hybrid.event_log import events_of
 from impactjax._hybrid.lane import Run, Start
 from impactjax._hybrid.loop import record_steps
+from impactjax._hybrid.method import AbstractMethod
 from impactjax._hybrid.path import differentiable_path
 from impactjax._hybrid.sampled import sample
 from impactjax._hybrid.solution import Solution
@@ -20,9 +23,6 @@ from impactjax._hybrid.system import HybridSystem, State
 from impactjax._known import AnyArray
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
-from impactjax._simulate.arguments import as_number, as_times, check_order, check_tolerance, limit
-from impactjax._simulate.chunks import CHUNK
-from impactjax._simulate.step import AbstractStep
 from impactjax._types import Numbers, Samples, Scalar
 
 T = TypeVar("T")
@@ -37,7 +37,7 @@ def solve(
     scale: State | None = None,
     max_steps: int = 4096,
     max_events: int = 64,
-    step: AbstractStep | None = None,
+    step: AbstractMethod | None = None,
 ) -> Solution:
     """Solves a hybrid system through all its events.
 
@@ -73,7 +73,7 @@ def solve(
         scale=scale,
         max_steps=max_steps,
         max_events=max_events,
-        step=step,
+        step=flow_step(step, as_number("tolerance", tolerance)),
     )
 
 
@@ -86,15 +86,15 @@ def solve_run(
     scale: State | None,
     max_steps: int,
     max_events: int,
-    step: AbstractStep | None,
+    step: AbstractFlowStep,
 ) -> Solution:
-    """The same for times of which some may be equal."""
+    """`solve` for times of which some may be equal."""
     rows, max_events = limit("max_steps", max_steps), limit("max_events", max_events)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     allowed = as_number("tolerance", tolerance)
     check_tolerance(allowed, dtype)
     return _solve(
-        flow_step(step, allowed),
+        step,
         -(-rows // CHUNK) * CHUNK,
         max_events,
         system,

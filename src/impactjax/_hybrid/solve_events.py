@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax
@@ -12,14 +12,15 @@ from jaxtyping import Array, ArrayLike, Int, PyTree
 
 from impactjax._hybrid.equations import choose
 from impactjax._hybrid.event_log import EventLog
+from impactjax._hybrid.explicit_step import ExplicitStep
 from impactjax._hybrid.lane import Start
+from impactjax._hybrid.method import AbstractMethod
 from impactjax._hybrid.reset import AbstractReset
 from impactjax._hybrid.solve import solve_run
+from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import HybridSystem, Mode, State, Transition
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
-from impactjax._simulate.runge_kutta import RungeKutta
-from impactjax._simulate.step import AbstractStep
 from impactjax._types import Samples, Scalar
 
 if TYPE_CHECKING:
@@ -47,8 +48,8 @@ class EventSolution(eqx.Module):
 
 
 def solve_events(
-    terms: "diffrax.ODETerm | Sequence[diffrax.ODETerm]",
-    solver: "diffrax.AbstractERK | AbstractStep",
+    terms: "diffrax.ODETerm[Any] | Sequence[diffrax.ODETerm[Any]]",
+    solver: "diffrax.AbstractERK | AbstractMethod",
     t0: ArrayLike,
     t1: ArrayLike,
     y0: State,
@@ -105,7 +106,7 @@ def solve_events(
         scale=scale,
         max_steps=max_steps,
         max_events=max_events,
-        step=solver if isinstance(solver, AbstractStep) else RungeKutta(solver),
+        step=_flow_step(solver),
     )
     place = jnp.argsort(order)
     ys, own = jax.tree.map(lambda column: column[place], (solved.ys, solved.modes[0]))
@@ -138,7 +139,7 @@ class _Terms(HybridSystem):
     often it has happened.
     """
 
-    terms: "tuple[diffrax.ODETerm, ...]"
+    terms: "tuple[diffrax.ODETerm[Any], ...]"
     events: tuple[AbstractReset, ...]
     args: PyTree
 
@@ -154,6 +155,15 @@ class _Terms(HybridSystem):
             for number, event in enumerate(self.events)
             for direction in event.directions()
         ]
+
+
+def _flow_step(solver: "diffrax.AbstractERK | AbstractMethod") -> AbstractFlowStep:
+    import diffrax
+
+    if isinstance(solver, AbstractMethod):
+        return solver.of_flows()
+    check_kind("solver", solver, diffrax.AbstractERK, "diffrax.Tsit5()")
+    return ExplicitStep(solver)
 
 
 def _transition(number: int, event: AbstractReset, direction: float, args: PyTree) -> Transition:
@@ -194,7 +204,7 @@ def _is_sub(node: object) -> bool:
 
 
 def _check(
-    terms: "Sequence[diffrax.ODETerm]",
+    terms: "Sequence[diffrax.ODETerm[Any]]",
     events: Sequence[AbstractReset],
     term: int,
     saveat: "diffrax.SaveAt",

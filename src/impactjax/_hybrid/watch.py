@@ -8,8 +8,8 @@ from jaxtyping import Array, Bool, Float
 
 from impactjax._hybrid.equations import NO_EVENT
 from impactjax._hybrid.lane import Memory
-from impactjax._simulate.crossing import first_crossing
-from impactjax._simulate.polynomial import horner_with_slope
+from impactjax._series.crossing import first_crossing
+from impactjax._series.polynomial import horner_with_slope
 from impactjax._types import Code, Flag, Scalar
 
 _ROUNDING = 4096.0  # units in the last place of a guard's largest term

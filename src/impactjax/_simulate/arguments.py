@@ -1,62 +1,22 @@
-"""Checks of the arguments of a simulation, with a readable error for each mistake."""
-
-import operator
+"""Checks of a model and its start, with a readable error for each mistake."""
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import ArrayLike, PyTree
+from jaxtyping import PyTree
 
-from impactjax._known import AnyArray
+from impactjax._hybrid.arguments import real
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._parameter import ranges
 from impactjax._types import Factors, Numbers
 
 
-def limit(name: str, value: int) -> int:
-    """A whole number of at least one."""
-    try:
-        number = operator.index(value)
-    except TypeError as error:
-        raise TypeError(
-            f"Argument `{name}` must be a whole number, but it is {value!r}."
-        ) from error
-    if number < 1:
-        raise ValueError(f"Argument `{name}` must be at least 1, but it is {number}.")
-    return number
-
-
-def as_number(name: str, value: ArrayLike) -> AnyArray:
-    """A real number; a known one stays known under `jit`."""
-    number = _real(name, value)
-    if number.ndim != 0:
-        raise ValueError(f"Argument `{name}` must be one number, but its shape is {number.shape}.")
-    return number
-
-
-def as_times(ts: Numbers) -> AnyArray:
-    """A list of at least one time."""
-    times = _real("ts", ts)
-    if times.ndim != 1 or times.size == 0:
-        raise ValueError(
-            f"Argument `ts` must be a list of at least one time, but it has shape {times.shape}."
-        )
-    return times
-
-
-def _real(name: str, value: Numbers) -> AnyArray:
-    array = value if isinstance(value, jax.Array) else np.asarray(value)
-    if not (jnp.issubdtype(array.dtype, jnp.floating) or jnp.issubdtype(array.dtype, jnp.integer)):
-        raise TypeError(f"Argument `{name}` must be made of real numbers, but it is {value!r}.")
-    return array
-
-
 def as_factors(factors: Numbers, dtype: np.dtype) -> Factors:
     """The factors of a run, one for each impact."""
-    array = jnp.asarray(_real("factors", factors), dtype)
+    array = jnp.asarray(real("factors", factors), dtype)
     if array.ndim != 1 or array.size == 0:
         raise ValueError(
             f"Argument `factors` must be a list of numbers, one for each impact, but its shape is "
@@ -93,34 +53,3 @@ def check_leaves(tree: PyTree) -> None:
                 f"`{jax.tree_util.keystr(path[1:])}` of the model or its start is {leaf!r}, not a "
                 "number; make it a static field, `equinox.field(static=True)`."
             )
-
-
-def check_order(t0: AnyArray, ts: AnyArray) -> None:
-    """Checks that times are finite and increase, unless they are traced."""
-    if isinstance(ts, Tracer) or isinstance(t0, Tracer):
-        return
-    times = np.concatenate([np.atleast_1d(np.asarray(t0)), np.asarray(ts)])
-    if not np.all(np.isfinite(times)):
-        raise ValueError("Arguments `ts` and `t0` must be finite.")
-    if np.any(np.diff(times[1:]) <= 0):
-        where = int(np.argmax(np.diff(times[1:]) <= 0)) + 1
-        raise ValueError(
-            f"Argument `ts` must increase strictly, but ts[{where}] = {times[where + 1]} follows "
-            f"{times[where]}."
-        )
-    if times[0] > times[1]:
-        raise ValueError(
-            f"Argument `t0` must not be after the first sample, but {times[0]} > {times[1]}."
-        )
-
-
-def check_tolerance(tolerance: AnyArray, dtype: np.dtype) -> None:
-    """Checks that a tolerance is not below the resolution of the numbers, unless it is traced."""
-    if isinstance(tolerance, Tracer):
-        return
-    floor = 10 * float(jnp.finfo(dtype).eps)
-    if not np.all(np.asarray(tolerance) >= floor):
-        raise ValueError(
-            f"Argument `tolerance` must be at least {floor:.2e} in {jnp.dtype(dtype).name}, but it "
-            f"is {tolerance}. Double precision (`jax_enable_x64`) gives more."
-        )

@@ -7,8 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import PyTree
 
+from impactjax._hybrid.varying import alike
 from impactjax._model.root import implicit
-from impactjax._simulate.varying import alike
 from impactjax._types import Code, Flag, Scalar
 
 _MOST = 100  # limit of evaluations; a smooth rate needs about eight

@@ -1,21 +1,19 @@
 """The default step of a model."""
 
-import math
 from collections.abc import Hashable
 from functools import cache
 
 import jax
 import jax.numpy as jnp
-import numpy as np
-from jax.core import Tracer
 from jaxtyping import Array, ArrayLike
 
 from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._series.order import natural_order
+from impactjax._series.recurrences.series import NotAnalytic
 from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode, with_internal
-from impactjax._simulate.recurrences.series import NotAnalytic
 from impactjax._simulate.runge_kutta import RungeKutta
 from impactjax._simulate.step import AbstractStep
-from impactjax._simulate.taylor_step import LOWEST_ORDER, TaylorStep
+from impactjax._simulate.taylor_step import TaylorStep
 
 
 def natural_step(model: ImpactOscillator, tolerance: ArrayLike) -> AbstractStep:
@@ -23,16 +21,6 @@ def natural_step(model: ImpactOscillator, tolerance: ArrayLike) -> AbstractStep:
     leaves, structure = jax.tree.flatten(model)
     shapes = tuple(jnp.shape(leaf) for leaf in leaves)
     return TaylorStep(natural_order(tolerance)) if _is_analytic(structure, shapes) else RungeKutta()
-
-
-def natural_order(tolerance: ArrayLike) -> int:
-    """The order p = 1 − ln(tolerance) / 2, rounded up, at which a Taylor series has the least cost
-    per unit of time; at least the lowest order possible. A traced tolerance counts as 1e-12.
-
-    Source: Jorba and Zou, Experimental Mathematics 14 (2005), section 3.
-    """
-    least = 1e-12 if isinstance(tolerance, Tracer) else float(np.min(tolerance))
-    return max(LOWEST_ORDER, math.ceil(1 - math.log(min(least, 1.0)) / 2))
 
 
 @cache

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
+from impactjax._hybrid.varying import alike
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.driving import driving_rate
 from impactjax._simulate.step import AbstractStep, Point
-from impactjax._simulate.varying import alike
 from impactjax._types import Scalar
 
 _STABLE = 0.8  # of the step whose last term fades as fast as the motion

@@ -13,7 +13,7 @@ from jax.extend.core import JaxprEqn
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.oscillator import AbstractOscillator
-from impactjax._simulate.jaxpr import read
+from impactjax._series.jaxpr import read
 from impactjax._simulate.state import State
 from impactjax._types import Scalar
 

@@ -14,11 +14,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
+from impactjax._hybrid.chunks import CHUNK, map_some
+from impactjax._hybrid.varying import alike
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.root import implicit
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chandrupatla import Bracket, falling_zero
-from impactjax._simulate.chunks import CHUNK, map_some
 from impactjax._simulate.flow import has_resistance, walls
 from impactjax._simulate.lane import Record
 from impactjax._simulate.levels import chosen, heights, is_compliant, levels_of
@@ -27,7 +28,6 @@ from impactjax._simulate.sliding import Sliding
 from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.tracks import Nodes, Tracks, nodes_of, tracks_of
-from impactjax._simulate.varying import alike
 from impactjax._types import Scalar
 
 _PENETRATION, _FORCE = 0, 1

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from jax.extend.core import JaxprEqn
 from jaxtyping import Array, PyTree
 
-from impactjax._simulate.jaxpr import read, unchanged
+from impactjax._series.jaxpr import read, unchanged
 from impactjax._types import Scalar
 
 

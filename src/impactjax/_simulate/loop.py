@@ -12,10 +12,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
+from impactjax._hybrid.chunks import CHUNK
+from impactjax._hybrid.varying import alike
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode
 from impactjax._simulate.chatter import Chatter, Scale
-from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.diagnosis import admitted, concluded, diagnose, motion
 from impactjax._simulate.disturbance import longest_step
 from impactjax._simulate.lane import Lane, Log, Record, Run, factors_of
@@ -23,7 +24,6 @@ from impactjax._simulate.settling import is_settled
 from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._simulate.transition import Context, Jump
-from impactjax._simulate.varying import alike
 from impactjax._types import Code, Flag
 
 T = TypeVar("T")

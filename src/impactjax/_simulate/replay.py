@@ -17,15 +17,15 @@ import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Float, PyTree
 
+from impactjax._hybrid.chunks import FEW_STEPS, map_rows, scan_rows
+from impactjax._hybrid.varying import alike
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chatter import Chatter, Scale
-from impactjax._simulate.chunks import FEW_STEPS, map_rows, scan_rows
 from impactjax._simulate.lane import Log, Record, factors_of
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.transition import Context
-from impactjax._simulate.varying import alike
 from impactjax._types import Code, Factors, Flag, Scalar
 
 _Factor: TypeAlias = tuple[Scalar, Scalar] | None  # factor on a speed, and its tangent

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from impactjax._hybrid.explicit_step import ExplicitStep
+from impactjax._series.crossing import shortened
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.crossing import shortened
 from impactjax._simulate.flow import driven_acceleration
 from impactjax._simulate.grading import Grading, grading_of, time_to_surface
 from impactjax._simulate.state import Mode, State

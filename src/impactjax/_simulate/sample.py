@@ -10,11 +10,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from impactjax._hybrid.chunks import FEW_STEPS, map_rows
+from impactjax._hybrid.pairs import in_blocks, pairs_of
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
-from impactjax._simulate.chunks import FEW_STEPS, map_rows
 from impactjax._simulate.lane import Record
-from impactjax._simulate.pairs import in_blocks, pairs_of
 from impactjax._simulate.replay import Path, state_within
 from impactjax._simulate.state import State
 from impactjax._simulate.step import AbstractStep

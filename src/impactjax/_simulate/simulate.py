@@ -9,23 +9,22 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, PyTree
 
-from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.initial_state import InitialState, check_angle
-from impactjax._refusal import check_kind
-from impactjax._results import RESULTS
-from impactjax._simulate.arguments import (
-    as_factors,
+from impactjax._hybrid.arguments import (
     as_number,
     as_times,
-    check_leaves,
-    check_numbers,
     check_order,
     check_tolerance,
     limit,
 )
+from impactjax._hybrid.chunks import CHUNK
+from impactjax._hybrid.varying import alike
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.initial_state import InitialState, check_angle
+from impactjax._refusal import check_kind
+from impactjax._results import RESULTS
+from impactjax._simulate.arguments import as_factors, check_leaves, check_numbers
 from impactjax._simulate.automaton import with_internal
 from impactjax._simulate.chatter import Chatter
-from impactjax._simulate.chunks import CHUNK
 from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.diagnosis import admitted
 from impactjax._simulate.impact_log import Impacts, impacts_of
@@ -36,7 +35,6 @@ from impactjax._simulate.rest_log import rests_of
 from impactjax._simulate.sample import sample
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.trajectory import Stats, Trajectory
-from impactjax._simulate.varying import alike
 from impactjax._types import Factors, Flag, Numbers, Samples, Scalar
 
 T = TypeVar("T")

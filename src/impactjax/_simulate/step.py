@@ -3,10 +3,9 @@
 import abc
 from typing import NamedTuple
 
-import equinox as eqx
 from jaxtyping import PyTree
 
-from impactjax._hybrid.step import AbstractFlowStep
+from impactjax._hybrid.method import AbstractMethod
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.state import Mode, State
 from impactjax._types import Code, Flag, Scalar
@@ -31,15 +30,11 @@ class Outcome(NamedTuple):
     memory: PyTree  # the step's own, for the next attempt
 
 
-class AbstractStep(eqx.Module):
+class AbstractStep(AbstractMethod):
     """Method that integrates the flow of a mode and finds the first event.
 
     An event ends the step: its location is part of step-size control.
     """
-
-    @abc.abstractmethod
-    def of_flows(self) -> AbstractFlowStep:
-        """The same method for any hybrid system."""
 
     @abc.abstractmethod
     def begin(self, span: Scalar) -> PyTree:

@@ -6,8 +6,8 @@ from typing import TypeVar
 import jax
 import jax.numpy as jnp
 
+from impactjax._series.quintic import watched
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.quintic import watched
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import Point
 from impactjax._types import Code, Flag, Scalar

@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from impactjax._simulate.polynomial import horner
-from impactjax._simulate.recurrences.tables import AWAY_FROM_SINGULARITIES
-from impactjax._simulate.taylor import solution_series
+from impactjax._series.polynomial import horner
+from impactjax._series.recurrences.tables import AWAY_FROM_SINGULARITIES
+from impactjax._series.taylor import solution_series
 from impactjax._types import Scalar
 
 _Time: TypeAlias = int | float | Array | np.ndarray

@@ -9,18 +9,18 @@ import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
 from impactjax._hybrid.series_step import SeriesStep
-from impactjax._simulate.accuracy import LAST_TERM, longest_accurate
+from impactjax._series.accuracy import LAST_TERM, longest_accurate
+from impactjax._series.crossing import first_crossing, shortened
+from impactjax._series.order import LOWEST_ORDER
+from impactjax._series.polynomial import polynomial, rescaled, slope
+from impactjax._series.recurrences.series import Series
+from impactjax._series.taylor import solution_series
 from impactjax._simulate.automaton import NO_EVENT, Automaton
-from impactjax._simulate.crossing import first_crossing, shortened
 from impactjax._simulate.flow import unheld_acceleration
-from impactjax._simulate.polynomial import polynomial, rescaled, slope
-from impactjax._simulate.recurrences.series import Series
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
-from impactjax._simulate.taylor import solution_series
 from impactjax._types import Code, Flag, Scalar
 
-LOWEST_ORDER = 4
 _LONGEST = 100.0  # largest ratio of a step to the one before
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural step
 _FLIGHTS = 2.0  # a step from the surface is at most as long as this many expected flights

@@ -6,9 +6,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from impactjax._hybrid.chunks import FEW_STEPS, map_rows
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
-from impactjax._simulate.chunks import FEW_STEPS, map_rows
 from impactjax._simulate.dip import closest_to_zero
 from impactjax._simulate.flow import walls
 from impactjax._simulate.lane import Record

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from impactjax._simulate.varying import alike
+from impactjax._hybrid.varying import alike
 from impactjax._types import Samples, Steps
 
 _BLOCK = 16  # samples in a block

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, PyTree
 
-from impactjax._simulate.varying import alike
+from impactjax._hybrid.varying import alike
 
 CHUNK = 32  # the number of rows is a multiple of this
 FEW_STEPS = 64  # rows that are mapped at once

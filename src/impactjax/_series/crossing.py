@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._simulate.polynomial import horner_with_slope
+from impactjax._series.polynomial import horner_with_slope
 from impactjax._types import Code, Flag, Scalar
 
 _NEWTON_STEPS = 7

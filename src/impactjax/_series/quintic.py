@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import jax.numpy as jnp
 
-from impactjax._simulate.crossing import Crossing, first_crossing
+from impactjax._series.crossing import Crossing, first_crossing
 from impactjax._types import Flag, Scalar
 
 Jet: TypeAlias = tuple[Scalar, Scalar, Scalar]

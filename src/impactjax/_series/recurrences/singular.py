@@ -7,14 +7,14 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
-from impactjax._simulate.recurrences.arithmetic import (
+from impactjax._series.recurrences.arithmetic import (
     add,
     divide,
     multiply,
     square,
     subtract,
 )
-from impactjax._simulate.recurrences.elementary import (
+from impactjax._series.recurrences.elementary import (
     by_argument,
     exponential,
     inverse_root,
@@ -22,7 +22,7 @@ from impactjax._simulate.recurrences.elementary import (
     one_minus_square,
     power,
 )
-from impactjax._simulate.recurrences.series import (
+from impactjax._series.recurrences.series import (
     Operand,
     Program,
     Rule,

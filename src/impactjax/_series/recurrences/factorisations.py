@@ -8,8 +8,8 @@ from jax.core import ShapedArray
 from jax.extend.core import JaxprEqn
 from jaxtyping import Array
 
-from impactjax._simulate.recurrences.linear_systems import product
-from impactjax._simulate.recurrences.series import (
+from impactjax._series.recurrences.linear_systems import product
+from impactjax._series.recurrences.series import (
     OnDemand,
     Operand,
     Program,

@@ -7,7 +7,7 @@ from jax import lax
 from jax.extend.core import JaxprEqn
 from jaxtyping import Array
 
-from impactjax._simulate.recurrences.series import (
+from impactjax._series.recurrences.series import (
     Operand,
     Program,
     Rule,

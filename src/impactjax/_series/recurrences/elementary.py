@@ -9,8 +9,8 @@ from collections.abc import Callable
 from jax import lax
 from jaxtyping import Array
 
-from impactjax._simulate.recurrences.arithmetic import add, divide, multiply, square, subtract
-from impactjax._simulate.recurrences.series import (
+from impactjax._series.recurrences.arithmetic import add, divide, multiply, square, subtract
+from impactjax._series.recurrences.series import (
     Operand,
     Program,
     Rule,

@@ -14,8 +14,8 @@ from jax import lax
 from jax.extend.core import JaxprEqn
 from jaxtyping import Array
 
-from impactjax._simulate.jaxpr import read, unchanged
-from impactjax._simulate.recurrences.series import (
+from impactjax._series.jaxpr import read, unchanged
+from impactjax._series.recurrences.series import (
     Operand,
     Program,
     Series,
@@ -25,7 +25,7 @@ from impactjax._simulate.recurrences.series import (
     refusal,
     start,
 )
-from impactjax._simulate.recurrences.tables import EVERYWHERE, Table
+from impactjax._series.recurrences.tables import EVERYWHERE, Table
 from impactjax._types import Scalar
 
 

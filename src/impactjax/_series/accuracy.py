@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 
-from impactjax._simulate.taylor import Series
+from impactjax._series.taylor import Series
 from impactjax._types import Scalar
 
 LAST_TERM = 1.0  # of the series allowed, as a fraction of the tolerance

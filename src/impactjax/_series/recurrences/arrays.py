@@ -8,7 +8,7 @@ from jax.core import ShapedArray
 from jax.extend.core import JaxprEqn
 from jaxtyping import Array
 
-from impactjax._simulate.recurrences.series import (
+from impactjax._series.recurrences.series import (
     NotAnalytic,
     Operand,
     Program,

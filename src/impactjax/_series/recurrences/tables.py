@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 
-from impactjax._simulate.recurrences.arithmetic import ARITHMETIC
-from impactjax._simulate.recurrences.arrays import ARRAYS
-from impactjax._simulate.recurrences.elementary import ELEMENTARY
-from impactjax._simulate.recurrences.factorisations import FACTORISATIONS
-from impactjax._simulate.recurrences.linear_systems import LINEAR_SYSTEMS
-from impactjax._simulate.recurrences.series import Rule
-from impactjax._simulate.recurrences.singular import SINGULAR
-from impactjax._simulate.recurrences.switches import SWITCHING
+from impactjax._series.recurrences.arithmetic import ARITHMETIC
+from impactjax._series.recurrences.arrays import ARRAYS
+from impactjax._series.recurrences.elementary import ELEMENTARY
+from impactjax._series.recurrences.factorisations import FACTORISATIONS
+from impactjax._series.recurrences.linear_systems import LINEAR_SYSTEMS
+from impactjax._series.recurrences.series import Rule
+from impactjax._series.recurrences.singular import SINGULAR
+from impactjax._series.recurrences.switches import SWITCHING
 
 Table = Mapping[str, Rule]  # by the name of the primitive
 

@@ -12,8 +12,8 @@ from jax.core import ShapedArray
 from jax.extend.core import JaxprEqn
 from jaxtyping import Array
 
-from impactjax._simulate.recurrences.arrays import convert
-from impactjax._simulate.recurrences.series import (
+from impactjax._series.recurrences.arrays import convert
+from impactjax._series.recurrences.series import (
     Operand,
     Program,
     Rule,

@@ -11,9 +11,9 @@ from jax import lax
 from jax.extend.core import ClosedJaxpr, JaxprEqn
 from jaxtyping import Array
 
-from impactjax._simulate.jaxpr import read, unchanged
-from impactjax._simulate.recurrences.arrays import REARRANGING
-from impactjax._simulate.recurrences.series import (
+from impactjax._series.jaxpr import read, unchanged
+from impactjax._series.recurrences.arrays import REARRANGING
+from impactjax._series.recurrences.series import (
     NotAnalytic,
     Operand,
     Program,
