@@ -11,7 +11,7 @@ from impactjax._types import Code, Flag, Scalar
 
 
 class Memory(NamedTuple):
-    """What a lane remembers from one step to the next.
+    """Memory of a lane from one step to the next.
 
     - `armed`: true for each guard that has been positive since its last event.
     - `arrival`: the event that led here, or `NO_EVENT`.

@@ -10,7 +10,7 @@ from impactjax._results import RESULTS
 
 
 class Solution(eqx.Module):
-    """A solved lane.
+    """A solved lane of a hybrid system.
 
     - `ts`: sample times.
     - `ys`, `modes`: state and mode at these times; at an event, those after it. NaN after a failure

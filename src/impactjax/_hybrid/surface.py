@@ -14,7 +14,7 @@ from impactjax._types import Code, Scalar
 
 
 class AbstractSurface(eqx.Module):
-    """Where a section is taken."""
+    """Surface on which a section is taken."""
 
     @abc.abstractmethod
     def among(self) -> int | None:

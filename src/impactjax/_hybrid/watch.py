@@ -32,7 +32,7 @@ class Armed(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What ends a step.
+    """End of a step by a guard.
 
     - `guard`: the guard that falls or rises, or `NO_EVENT`.
     - `event`: the same if it falls, else `NO_EVENT`.
@@ -93,7 +93,7 @@ def arm(series: Guards, memory: Memory, tolerance: Scalar) -> Armed:
 def watch(
     armed: Armed, settle: Flag, margin: Float[Array, " guards"] | float, target: Code
 ) -> Found:
-    """What ends a step: an event, or the rise of a guard that has not been armed.
+    """The end of a step: an event, or the rise of a guard that has not been armed.
 
     The rise ends a step too, since the fall after it must be found. `margin` is the error of the
     series between its ends. The guard `target` also ends a step that stops just before its zero.
