@@ -30,7 +30,7 @@ class Memory(NamedTuple):
 
 
 class Start(eqx.Module):
-    """Start of a run.
+    """Start of a run of a hybrid system.
 
     - `t`: time.
     - `y`: state, any tree of numbers and arrays.
