@@ -177,20 +177,27 @@ def _jet(equations: Equations, t: Scalar, y: State, mode: Mode) -> tuple[Array, 
 def _stepped(
     solver: "diffrax.AbstractERK", equations: Equations, t: Scalar, y: State, mode: Mode, h: Scalar
 ) -> tuple[_Numbers, _Numbers, _Numbers]:
-    """The state after `h`, its estimated error, and the way h y′ of the first stage."""
+    """The state after `h`, its estimated error, and the way h y′ of the first stage.
 
-    @jax.jit  # so that it is traced once, not stage by stage
-    def rates(t: Scalar, numbers: _Numbers) -> _Numbers:
-        return packed(equations.flow(t, unpacked(numbers, y), mode))
-
+    The stages are passes of one loop, so that the program does not grow with their number.
+    """
     tableau, begin = cast("diffrax.ButcherTableau", solver.tableau), packed(y)
-    stages = [rates(t, begin)]
-    for c, row in zip(map(float, tableau.c), tableau.a_lower, strict=True):
-        stages.append(rates(t + c * h, begin + h * _weighted(row, stages)))
-    end = begin + h * _weighted(tableau.b_sol, stages)
-    return end, h * _weighted(tableau.b_error, stages), h * stages[0]
+    nodes = np.array([0.0, *tableau.c])
+    weights = np.zeros((nodes.size, nodes.size))
+    for number, row in enumerate(tableau.a_lower, start=1):
+        weights[number, :number] = row
 
+    def stage(rates: Array, row: tuple[Scalar, Array, Code]) -> tuple[Array, None]:
+        node, weight, number = row
+        moved = unpacked(begin + h * (weight @ rates), y)
+        rate = packed(equations.flow(t + node * h, moved, mode))
+        return jnp.where(jnp.arange(nodes.size)[:, None] == number, rate, rates), None
 
-def _weighted(weights: np.ndarray, stages: list[_Numbers]) -> _Numbers:
-    used = [(float(w), stage) for w, stage in zip(weights, stages, strict=False) if w != 0]
-    return sum((w * stage for w, stage in used), jnp.zeros_like(stages[0]))
+    rows = (
+        jnp.asarray(nodes, h.dtype),
+        jnp.asarray(weights, h.dtype),
+        jnp.arange(nodes.size, dtype=jnp.int32),
+    )
+    rates, _ = jax.lax.scan(stage, jnp.zeros((nodes.size, begin.size), h.dtype), rows)
+    end = begin + h * (jnp.asarray(tableau.b_sol, h.dtype) @ rates)
+    return end, h * (jnp.asarray(tableau.b_error, h.dtype) @ rates), h * rates[0]

@@ -1,0 +1,171 @@
+"""A mechanism as a hybrid system."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike
+
+from impactjax._hybrid.lane import Start
+from impactjax._hybrid.system import HybridSystem, Tail, Transition
+from impactjax._mechanics.mechanism import AbstractMechanism, gaps
+from impactjax._mechanics.motion import (
+    DETACHED,
+    FREE,
+    RESTING,
+    TOUCHING,
+    MechanicalState,
+    Phases,
+    closing,
+    geometry,
+    internal_rates,
+    motion,
+)
+from impactjax._model.law import AbstractForceLaw, AbstractImpactLaw
+from impactjax._model.separation import AtZeroForce
+from impactjax._parameter import as_parameter
+from impactjax._types import Numbers, Scalar
+
+_UNCHANGED = 1e-9  # of the speed of an impact: a change of another gap's rate that is rounding
+
+
+class MechanicalSystem(HybridSystem):
+    """A mechanism with its contacts, for `solve` and `section`.
+
+    The state is a `MechanicalState`; the mode holds the phase of each contact: 0 free, 1 touching,
+    2 detached (inside the indentation, without force), 3 resting. Transitions are numbered by
+    contact: one for each, and after it one more for a force law that separates at zero force.
+
+    An impact at a rigid contact changes v by −(1 + r) (n·v) M⁻¹n / (nᵀ M⁻¹ n). Of several contacts
+    at one time the impacts come one after the other, in the order of the contacts. An endless
+    series of impacts at a contact is summed once it lasts less than `longest_sum`; what changes
+    during that time is then known up to the third power of its duration.
+
+    **Arguments:**
+
+    - `mechanism`: the mechanism.
+    - `longest_sum`: duration [s].
+    """
+
+    mechanism: AbstractMechanism
+    longest_sum: Array = eqx.field(converter=as_parameter, default=1e-5)
+
+    def start(self, t: ArrayLike, q: Numbers, v: Numbers) -> Start:
+        """The start of a run with coordinates `q` and their rates `v`; contacts whose gap is
+        negative touch already.
+
+        **Raises** `ValueError` for a rigid contact that is penetrated.
+        """
+        place, rates = jnp.asarray(q, float), jnp.asarray(v, float)
+        contacts, internal = self.mechanism.contacts(), []
+        still = MechanicalState(place, rates, ())
+        phases = jnp.zeros(len(contacts), jnp.int32)
+        for number, each in enumerate(contacts):
+            if isinstance(each.law, AbstractForceLaw):
+                mass = 1 / geometry(self.mechanism, still).compliance[number, number]
+                internal.append(each.law.touch(jnp.zeros_like(mass), mass))
+                touches = gaps(contacts, place)[number] < 0
+                phases = _with(phases, number, jnp.where(touches, TOUCHING, FREE))
+            else:
+                internal.append(())
+        return Start(t, MechanicalState(place, rates, tuple(internal)), phases)
+
+    def flow(self, t: Scalar, y: MechanicalState, mode: Phases) -> MechanicalState:
+        acceleration, _ = motion(self.mechanism, t, y, mode)
+        return MechanicalState(y.v, acceleration, internal_rates(self.mechanism, y, mode))
+
+    def transitions(self) -> Sequence[Transition]:
+        found = []
+        for number, each in enumerate(self.mechanism.contacts()):
+            if isinstance(each.law, AbstractImpactLaw):
+                found.append(self._rigid(number, each.law))
+            elif isinstance(each.law, AbstractForceLaw):
+                found.append(self._surface(number, each.law))
+                if isinstance(each.law.separation, AtZeroForce):
+                    found.append(self._pull_free(number))
+        return found
+
+    def _rigid(self, number: int, law: AbstractImpactLaw) -> Transition:
+        """An impact, or the release from rest."""
+
+        def guard(t: Scalar, y: MechanicalState, mode: Phases) -> Scalar:
+            push = motion(self.mechanism, t, y, mode).push[number]
+            gap = gaps(self.mechanism.contacts(), y.q)[number]
+            return jnp.where(mode[number] == RESTING, push, gap)
+
+        def jump(t: Scalar, y: MechanicalState, mode: Phases) -> tuple[MechanicalState, Phases]:
+            del t
+            place = geometry(self.mechanism, y)
+            rests = mode[number] == RESTING
+            rate = place.rate[number]
+            impulse = -(1 + law.restitution(jnp.abs(rate))) * rate
+            impulse = impulse / place.compliance[number, number]
+            change = jnp.where(rests, 0.0, impulse) * place.mobility[:, number]
+            moved = jnp.abs(place.normals @ change) > _UNCHANGED * jnp.abs(rate)
+            freed = (mode == RESTING) & moved & ~rests
+            after = _with(jnp.where(freed, FREE, mode), number, FREE)
+            return y._replace(v=y.v + change), after
+
+        def tail(t: Scalar, y: MechanicalState, mode: Phases) -> Tail:
+            place = geometry(self.mechanism, y)
+            speed = place.rate[number]
+            closed = _with(mode, number, RESTING)
+            stopped = y.v + place.mobility @ closing(place, closed == RESTING, -place.rate)
+            still = y._replace(v=stopped)
+            held = motion(self.mechanism, t, still, closed)
+            falling = held.push[number] * place.compliance[number, number]
+            r = law.restitution(jnp.maximum(speed, 0.0))
+            falls = (falling > 0) & (r < 1) & (speed >= 0)
+            duration = 2 * speed / jnp.where(falls, falling * (1 - r), 1.0)
+            flow = self.flow(t, still, closed)
+            end = jax.tree.map(lambda x, dx: x + duration * dx, still, flow)
+            end = end._replace(q=end.q + duration**2 / 2 * flow.v)
+            holds = falls & (duration <= self.longest_sum)
+            return Tail(holds, duration, end, closed)
+
+        return Transition(guard, jump, tail)
+
+    def _surface(self, number: int, law: AbstractForceLaw) -> Transition:
+        """The beginning of contact, or its end at the surface."""
+
+        def guard(t: Scalar, y: MechanicalState, mode: Phases) -> Scalar:
+            del t
+            gap = gaps(self.mechanism.contacts(), y.q)[number]
+            return jnp.where(mode[number] == FREE, gap, -gap)
+
+        def jump(t: Scalar, y: MechanicalState, mode: Phases) -> tuple[MechanicalState, Phases]:
+            del t
+            place, touches = geometry(self.mechanism, y), mode[number] == FREE
+            mass = 1 / place.compliance[number, number]
+            fresh = law.touch(jnp.maximum(-place.rate[number], 0.0), mass)
+            own = jax.tree.map(
+                lambda new, old: jnp.where(touches, new, old), fresh, y.internal[number]
+            )
+            internal = (*y.internal[:number], own, *y.internal[number + 1 :])
+            after = _with(mode, number, jnp.where(touches, TOUCHING, FREE))
+            return y._replace(internal=internal), after
+
+        return Transition(guard, jump)
+
+    def _pull_free(self, number: int) -> Transition:
+        """Zero of the force inside the indentation: the contact detaches, or presses again."""
+
+        def guard(t: Scalar, y: MechanicalState, mode: Phases) -> Scalar:
+            pressed = _with(mode, number, TOUCHING)
+            push = motion(self.mechanism, t, y, pressed).push[number]
+            inside = jnp.where(mode[number] == DETACHED, -push, push)
+            return jnp.where(mode[number] == FREE, jnp.ones_like(push), inside)
+
+        def jump(t: Scalar, y: MechanicalState, mode: Phases) -> tuple[MechanicalState, Phases]:
+            del t
+            pressed = mode[number] == TOUCHING
+            return y, _with(mode, number, jnp.where(pressed, DETACHED, TOUCHING))
+
+        return Transition(guard, jump)
+
+
+def _with(phases: Phases, number: int, phase: ArrayLike) -> Phases:
+    """Phases with that of one contact replaced."""
+    here = jnp.arange(phases.size) == number
+    return jnp.where(here, jnp.asarray(phase, phases.dtype), phases)
