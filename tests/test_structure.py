@@ -19,6 +19,7 @@ ORDER = [
     "_series",
     "_hybrid",
     "_model",
+    "_mechanics",
     "_optimise",
     "_study",
     "_simulate",

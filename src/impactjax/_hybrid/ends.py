@@ -5,17 +5,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike
 
+from impactjax._hybrid.default_step import default_step
 from impactjax._hybrid.equations import NO_EVENT, Equations, alike_in_shape
 from impactjax._hybrid.lane import Memory, Point, Record, Start
 from impactjax._hybrid.method import AbstractMethod
 from impactjax._hybrid.path import Path
 from impactjax._hybrid.sampled import last_taken
-from impactjax._hybrid.series_step import SeriesStep
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import State
 from impactjax._known import AnyArray
 from impactjax._refusal import check_kind
-from impactjax._series.order import natural_order
 
 
 def as_start(start: Start, dtype: np.dtype) -> Start:
@@ -38,12 +37,14 @@ def as_scale(scale: State | None, y: State, dtype: np.dtype) -> State:
     return like if scale is None else alike_in_shape("scale", scale, like)
 
 
-def flow_step(step: AbstractMethod | None, tolerance: AnyArray) -> AbstractFlowStep:
-    """The step of a run: by default a Taylor step of the order that costs least."""
-    if step is None:
-        return SeriesStep(natural_order(tolerance))
-    check_kind("step", step, AbstractMethod, "TaylorStep()")
-    return step.of_flows()
+def flow_step(
+    method: AbstractMethod | None, equations: Equations, start: Start, tolerance: AnyArray
+) -> AbstractFlowStep:
+    """The step of a run: of a given method, or the default."""
+    if method is None:
+        return default_step(equations, start, tolerance)
+    check_kind("step", method, AbstractMethod, "TaylorStep()")
+    return method.of_flows()
 
 
 def begin(step: AbstractFlowStep, equations: Equations, start: Start) -> Point:

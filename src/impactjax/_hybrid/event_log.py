@@ -51,9 +51,6 @@ def events_of(
     exists = rows >= 0
     own, own_log = jax.tree.map(lambda column: column[rows], (path, log))
     ends = own.t + own.h
-    modes = jax.vmap(lambda row: equations.jump(row.event, row.t + row.h, row.end, row.mode).mode)(
-        own_log
-    )
 
     def known(column: Array, unused: float) -> Array:
         return jnp.where(exists.reshape(-1, *[1] * (column.ndim - 1)), column, unused)
@@ -70,7 +67,7 @@ def events_of(
         before=states(own.end),
         after=states(own.next_y),
         mode_before=numbers(own_log.mode),
-        mode_after=numbers(modes),
+        mode_after=numbers(own_log.next_mode),
         until=known(own.next_t, jnp.nan),
         order_matters=jnp.zeros(max_events, bool),
         count=jnp.sum(happens, dtype=jnp.int32),
@@ -111,7 +108,7 @@ def _order_matters(
         differs = ~jnp.all(jnp.stack(jax.tree.leaves(equal)))
         return together & (falls[second.transition] < 0) & differs
 
-    if log.t.shape[0] < 2 or not equations.count():
+    if log.t.shape[0] < 2 or equations.count() < 2:
         return log.order_matters
     events = _Event(log.t, log.transition, log.before, log.mode_before, log.after, log.mode_after)
     first, second = (

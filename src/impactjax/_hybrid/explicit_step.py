@@ -162,15 +162,13 @@ def _guards(
 def _jet(equations: Equations, t: Scalar, y: State, mode: Mode) -> tuple[Array, Array, Array]:
     """Guards with their first and second derivative in time along the flow."""
 
-    def value(t: Scalar, y: State) -> Array:
-        return equations.guard_values(t, y, mode)
+    def slope(t: Scalar, y: State) -> tuple[Array, Array]:
+        along = jnp.ones_like(t), equations.flow(t, y, mode)
+        return jax.jvp(lambda t, y: equations.guard_values(t, y, mode), (t, y), along)
 
-    def slope(t: Scalar, y: State) -> Array:
-        return jax.jvp(value, (t, y), (jnp.ones_like(t), equations.flow(t, y, mode)))[1]
-
-    rate = equations.flow(t, y, mode)
-    first, second = jax.jvp(slope, (t, y), (jnp.ones_like(t), rate))
-    return value(t, y), first, second
+    along = jnp.ones_like(t), equations.flow(t, y, mode)
+    (value, first), (_, second) = jax.jvp(slope, (t, y), along)
+    return value, first, second
 
 
 @eqx.filter_jit  # so that it is traced once, for attempts, samples and derivatives alike

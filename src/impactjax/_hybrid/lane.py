@@ -77,6 +77,7 @@ class Log(NamedTuple):
     unit: Array  # of time, in which the step is expanded
     end: State  # at the end, before any jump
     event: Array  # the transition at the end, or NO_EVENT
+    next_mode: Mode  # after the event
     taken: Array  # true if the pass took a step
     last: Array  # true for a step beyond the end of the run
 

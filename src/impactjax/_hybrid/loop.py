@@ -112,7 +112,18 @@ def _pass(step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane) -> tup
     moved = taken & ~last
     retried = point._replace(memory=point.memory._replace(step=attempt.memory))
     still = choose(lane.done | attempt.accepted, point, retried)
-    row = Log(point.t, point.y, point.mode, attempt.h, attempt.unit, attempt.y, event, taken, last)
+    row = Log(
+        t=point.t,
+        y=point.y,
+        mode=point.mode,
+        h=attempt.h,
+        unit=attempt.unit,
+        end=attempt.y,
+        event=event,
+        next_mode=jump.mode,
+        taken=taken,
+        last=last,
+    )
     lane = Lane(
         choose(moved, after, still),
         lane.events + (moved & (event != NO_EVENT)).astype(jnp.int32),
@@ -162,8 +173,11 @@ def _diagnosed(point: Point, attempt: Attempt, after: Point) -> RESULTS:
 
 
 def _row_without_step(point: Point) -> Log:
-    nothing, one, no = jnp.zeros_like(point.t), jnp.ones_like(point.t), jnp.zeros((), bool)
-    return Log(point.t, point.y, point.mode, nothing, one, point.y, jnp.int32(NO_EVENT), no, no)
+    t, y, mode, _ = point
+    no = jnp.zeros((), bool)
+    return Log(
+        t, y, mode, jnp.zeros_like(t), jnp.ones_like(t), y, jnp.int32(NO_EVENT), mode, no, no
+    )
 
 
 def _concluded(lane: Lane) -> RESULTS:

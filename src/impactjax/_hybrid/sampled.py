@@ -45,7 +45,6 @@ def sample(
             expansion = _at(path.expansion, row)
         begin, h = own_log.t, own_log.h
         waits = begin + h < jax.lax.stop_gradient(own.next_t)
-        jump = equations.jump(own_log.event, begin + h, own_log.end, own_log.mode)
 
         def at(ts: Scalar) -> tuple[State, Mode]:
             s = ts - begin
@@ -53,7 +52,7 @@ def sample(
             end = h + _ROUNDING * jnp.finfo(h.dtype).eps * jnp.abs(begin)
             inside = jnp.where((s >= 0) & (s <= end), s, 0.0)  # far outside it may overflow
             y = step.evaluate(equations, own.y, own_log.mode, expansion, inside, own.t - begin)
-            return choose(later, (own.next_y, jump.mode), (y, own_log.mode))
+            return choose(later, (own.next_y, own_log.next_mode), (y, own_log.mode))
 
         return jax.vmap(at)(times[block])
 

@@ -102,11 +102,12 @@ def section(
     check_tolerance(allowed, dtype)
     marked = Marked(system, surface)
     first = start if start.memory is not None else marked.started(start)
+    begun = as_start(first, dtype)
     return _section(
-        flow_step(step, allowed),
+        flow_step(step, Equations(marked), begun, allowed),
         keep,
         marked,
-        as_start(first, dtype),
+        begun,
         jnp.int32(skip),
         jnp.asarray(allowed, dtype),
         as_scale(scale, start.y, dtype),

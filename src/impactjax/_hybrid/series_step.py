@@ -61,7 +61,7 @@ class SeriesStep(AbstractFlowStep):
             variable: Equations, y: State
         ) -> tuple[Coefficients, list[Float[Array, " guards"]]]:
             own = eqx.combine(variable, fixed)
-            return _with_guards(self.order, own, start._replace(y=y), unit)
+            return with_guards(self.order, own, start.t, y, start.mode, unit)
 
         place = variable, start.y
         (states, guards), (disturbed, _) = jax.jvp(expanded, place, direction(place))
@@ -120,18 +120,20 @@ def _expanded(
     return _Expansion(_stacked(states), unit)
 
 
-def _with_guards(
-    order: int, equations: Equations, start: Point, unit: Scalar
+def with_guards(
+    order: int, equations: Equations, t: Scalar, y: State, mode: Mode, unit: Scalar
 ) -> tuple[Coefficients, list[Float[Array, " guards"]]]:
-    """Series of the state and of all guards."""
-    leaves, structure = jax.tree.flatten(start.y)
+    """Series of the state and of all guards.
+
+    Raises `NotAnalytic` if an operation has no recurrence.
+    """
+    leaves, structure = jax.tree.flatten(y)
 
     def field(t: Scalar, *leaves: Array) -> list[Array]:
         y = jax.tree.unflatten(structure, leaves)
-        rates = jax.tree.leaves(equations.flow(t, y, start.mode))
-        return [*rates, *equations.guards(t, y, start.mode)]
+        return [*jax.tree.leaves(equations.flow(t, y, mode)), *equations.guards(t, y, mode)]
 
-    states, guards = solution_series(field, start.t, leaves, order, unit, AWAY_FROM_SINGULARITIES)
+    states, guards = solution_series(field, t, leaves, order, unit, AWAY_FROM_SINGULARITIES)
     if not guards:
         return _stacked(states), [jnp.zeros(0, unit.dtype)] * (order + 1)
     return _stacked(states), [jnp.stack(each) for each in zip(*guards, strict=True)]

@@ -73,7 +73,7 @@ def solve(
         scale=scale,
         max_steps=max_steps,
         max_events=max_events,
-        step=flow_step(step, as_number("tolerance", tolerance)),
+        method=step,
     )
 
 
@@ -86,19 +86,20 @@ def solve_run(
     scale: State | None,
     max_steps: int,
     max_events: int,
-    step: AbstractFlowStep,
+    method: AbstractMethod | None,
 ) -> Solution:
     """`solve` for times of which some may be equal."""
     rows, max_events = limit("max_steps", max_steps), limit("max_events", max_events)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     allowed = as_number("tolerance", tolerance)
     check_tolerance(allowed, dtype)
+    begun = as_start(start, dtype)
     return _solve(
-        step,
+        flow_step(method, Equations(system), begun, allowed),
         -(-rows // CHUNK) * CHUNK,
         max_events,
         system,
-        as_start(start, dtype),
+        begun,
         jnp.asarray(ts, dtype),
         jnp.asarray(allowed, dtype),
         as_scale(scale, start.y, dtype),

@@ -106,7 +106,7 @@ def solve_events(
         scale=scale,
         max_steps=max_steps,
         max_events=max_events,
-        step=_flow_step(solver),
+        method=_method(solver),
     )
     place = jnp.argsort(order)
     ys, own = jax.tree.map(lambda column: column[place], (solved.ys, solved.modes[0]))
@@ -157,13 +157,22 @@ class _Terms(HybridSystem):
         ]
 
 
-def _flow_step(solver: "diffrax.AbstractERK | AbstractMethod") -> AbstractFlowStep:
+class _Explicit(AbstractMethod):
+    """An explicit Runge-Kutta method of Diffrax."""
+
+    solver: "diffrax.AbstractERK" = eqx.field(static=True)
+
+    def of_flows(self) -> AbstractFlowStep:
+        return ExplicitStep(self.solver)
+
+
+def _method(solver: "diffrax.AbstractERK | AbstractMethod") -> AbstractMethod:
     import diffrax
 
     if isinstance(solver, AbstractMethod):
-        return solver.of_flows()
+        return solver
     check_kind("solver", solver, diffrax.AbstractERK, "diffrax.Tsit5()")
-    return ExplicitStep(solver)
+    return _Explicit(solver)
 
 
 def _transition(number: int, event: AbstractReset, direction: float, args: PyTree) -> Transition:

@@ -9,7 +9,7 @@ from jaxtyping import Array, ArrayLike
 
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.system import HybridSystem, Tail, Transition
-from impactjax._mechanics.mechanism import AbstractMechanism, gaps
+from impactjax._mechanics.mechanism import AbstractMechanism, energy, gaps
 from impactjax._mechanics.motion import (
     DETACHED,
     FREE,
@@ -71,6 +71,10 @@ class MechanicalSystem(HybridSystem):
                 internal.append(())
         return Start(t, MechanicalState(place, rates, tuple(internal)), phases)
 
+    def energy(self, t: ArrayLike, y: MechanicalState) -> Scalar:
+        """Kinetic and potential energy [J] of a state, without that stored in contacts."""
+        return energy(self.mechanism, jnp.asarray(t), y.q, y.v)
+
     def flow(self, t: Scalar, y: MechanicalState, mode: Phases) -> MechanicalState:
         acceleration, _ = motion(self.mechanism, t, y, mode)
         return MechanicalState(y.v, acceleration, internal_rates(self.mechanism, y, mode))
@@ -118,7 +122,8 @@ class MechanicalSystem(HybridSystem):
             r = law.restitution(jnp.maximum(speed, 0.0))
             falls = (falling > 0) & (r < 1) & (speed >= 0)
             duration = 2 * speed / jnp.where(falls, falling * (1 - r), 1.0)
-            flow = self.flow(t, still, closed)
+            change = internal_rates(self.mechanism, still, closed)
+            flow = MechanicalState(stopped, held.acceleration, change)
             end = jax.tree.map(lambda x, dx: x + duration * dx, still, flow)
             end = end._replace(q=end.q + duration**2 / 2 * flow.v)
             holds = falls & (duration <= self.longest_sum)

@@ -1,0 +1,74 @@
+"""The default step of a hybrid system."""
+
+from collections.abc import Hashable
+from functools import cache
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.extend.core import Jaxpr
+from jaxtyping import ArrayLike
+
+from impactjax._hybrid.equations import Equations
+from impactjax._hybrid.lane import Start
+from impactjax._hybrid.series_step import SeriesStep, with_guards
+from impactjax._hybrid.step import AbstractFlowStep
+from impactjax._series.order import LOWEST_ORDER, natural_order
+from impactjax._series.recurrences.series import NotAnalytic
+
+_MOST = 150  # operations: beyond them, the program of a series takes too long to compile
+
+
+def default_step(equations: Equations, start: Start, tolerance: ArrayLike) -> AbstractFlowStep:
+    """A Taylor step if flow and guards are analytic and short, a Runge-Kutta step otherwise."""
+    leaves, structure = jax.tree.flatten((equations, start.t, start.y, start.mode))
+    kinds = tuple(
+        jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) if eqx.is_array(leaf) else leaf
+        for leaf in map(_as_array, leaves)
+    )
+    if _suits_series(structure, kinds):
+        return SeriesStep(natural_order(tolerance))
+    import diffrax  # half a second that other systems can do without
+
+    from impactjax._hybrid.explicit_step import ExplicitStep
+
+    return ExplicitStep(diffrax.Dopri8())
+
+
+def _as_array(leaf: Any) -> Any:  # noqa: ANN401  a field of a system may be anything
+    return jnp.asarray(leaf) if isinstance(leaf, int | float | np.ndarray | np.generic) else leaf
+
+
+@cache
+def _suits_series(structure: Any, kinds: tuple[Hashable, ...]) -> bool:  # noqa: ANN401  JAX names no type
+    """True for systems of this structure, with leaves of these kinds."""
+    shapes = [kind for kind in kinds if isinstance(kind, jax.ShapeDtypeStruct)]
+
+    def parts(*arrays: jax.Array) -> tuple[Equations, Any, Any, Any]:
+        rest = iter(arrays)
+        leaves = [next(rest) if isinstance(kind, jax.ShapeDtypeStruct) else kind for kind in kinds]
+        return jax.tree.unflatten(structure, leaves)
+
+    def evaluated(*arrays: jax.Array) -> Any:  # noqa: ANN401  a tree of the state's structure
+        equations, t, y, mode = parts(*arrays)
+        return equations.flow(t, y, mode), equations.guards(t, y, mode)
+
+    def expanded(*arrays: jax.Array) -> Any:  # noqa: ANN401
+        equations, t, y, mode = parts(*arrays)
+        return with_guards(LOWEST_ORDER, equations, t, y, mode, jnp.ones_like(t))
+
+    if _operations(jax.make_jaxpr(evaluated)(*shapes).jaxpr) > _MOST:
+        return False
+    try:
+        jax.eval_shape(expanded, *shapes)
+    except NotAnalytic:
+        return False
+    return True
+
+
+def _operations(jaxpr: Jaxpr) -> int:
+    """Number of operations, those of called functions included."""
+    inner = [getattr(value, "jaxpr", None) for e in jaxpr.eqns for value in e.params.values()]
+    return len(jaxpr.eqns) + sum(_operations(each) for each in inner if each is not None)
