@@ -30,13 +30,14 @@ def plot_couplings(ax: "Axes", found: Couplings) -> "Axes":
 
     bounds = np.array([*found.bounds.values()])
     rows, count = np.arange(len(bounds)), len(found.names)
-    ax.hlines(rows, 0, 1, transform=ax.get_yaxis_transform(), color=FAINT, linewidth=0.6, zorder=0)
+    across = ax.get_yaxis_transform()
+    ax.hlines(rows, 0, 1, transform=across, color=FAINT, linewidth=0.6, zorder=0)
     ax.axvline(DETERMINED, color="black", linewidth=0.6, linestyle="--")
     for i, (name, color) in enumerate(zip(found.names, cycle(LAWS), strict=False)):
         at, told = rows + _STEP * (i - (count - 1) / 2), bounds[:, i] < OPEN
         ax.plot(np.where(told, bounds[:, i], np.nan), at, "o", color=color, ms=6, label=name)
-        edge, beyond = np.where(told, np.nan, 1.0), {"transform": ax.get_yaxis_transform()}
-        ax.plot(edge, at, ">", color=color, ms=7, mfc="white", clip_on=False, **beyond)
+        edge = np.where(told, np.nan, 1.0)
+        ax.plot(edge, at, ">", color=color, ms=7, mfc="white", clip_on=False, transform=across)
     _combinations(ax, found)
     ax.set_yticks(rows, list(found.bounds))
     ax.set(xscale="log", xlabel="relative standard error", ylim=(len(rows) - 0.5, -0.5))
