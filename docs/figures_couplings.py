@@ -45,7 +45,7 @@ def main() -> None:
         )
         print(found, flush=True)
         rows = len(found.bounds)
-        figure, ax = plt.subplots(figsize=(7.5, 0.7 + 0.24 * rows), layout="constrained")
+        figure, ax = plt.subplots(figsize=(7.5, 0.9 + 0.24 * rows), layout="constrained")
         ij.plot.couplings(ax, found).set_xlim(5e-4, 1)
         figure.savefig(HERE / "figures" / "couplings" / f"{name}.png", dpi=110)
         plt.close(figure)

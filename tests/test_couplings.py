@@ -11,7 +11,7 @@ import pytest
 
 import impactjax as ij
 from laws import AS_POWER_LAWS, FORCES, LAWS, MASS
-from tiers import mostly_thorough, quick
+from tiers import mostly_thorough, quick, thorough
 
 TIMES = jnp.arange(1401) / 1000  # as on the page, so that they share compiled programs
 START = ij.InitialState(0.78)
@@ -98,6 +98,74 @@ def test_what_each_measurement_determines(name):
         assert max(first[1:]) < 0.75 * first[0]
 
 
+@pytest.mark.parametrize("name", mostly_thorough(COEFFICIENTS, "walton"))
+def test_forcing_tells_the_group_best(name):
+    n, p = AS_POWER_LAWS[name][2:4]
+    group = np.array([-(p + 1) / (n + 1), 1.0]) @ np.array(COEFFICIENTS[name])
+    found = told(name).measurements
+    errors = {each: float(info.directions.error(group)) for each, info in found.items()}
+    assert min(errors, key=lambda each: errors[each]) == "record with forcing"
+
+
+def best(bounds, parameter):
+    return min(bounds, key=lambda each: bounds[each][parameter])
+
+
+def least(bounds, parameter):
+    """The smallest bound by a record and a measurement of contacts."""
+    return min(bounds[each][parameter] for each in WITH_FORCE)
+
+
+CLAIMS = {  # of the sentences on the page, about `bounds` of the law
+    "restitution": lambda bounds: best(bounds, 0) == "record with forcing",
+    "linear-restitution": lambda bounds: bounds["record"][1] < bounds["rebound speeds"][1] / 2,
+    "power-restitution": lambda bounds: (
+        best(bounds, 0) == "record with forcing"
+        and bounds["record with forcing"][1] > bounds["record"][1]
+    ),
+    "kelvin-voigt": lambda bounds: (
+        max(bounds[each][0] for each in WITH_FORCE) < bounds["record"][0] / 2
+    ),
+    "kelvin-voigt-linear-restitution": lambda bounds: np.allclose(
+        bounds["rebound speeds"][1:], told("linear-restitution").bounds["rebound speeds"], rtol=1e-3
+    ),
+    "maxwell": lambda bounds: (
+        best(bounds, 0) == "record, penetrations"
+        and np.allclose(bounds["rebound speeds"], told("kelvin-voigt").bounds["rebound speeds"])
+    ),
+    "walton": lambda bounds: (
+        max(bounds[each][0] for each in WITH_FORCE[1:]) < bounds["record"][0] / 2
+    ),
+    "hertz": lambda bounds: best(bounds, 0) == "record, forces",
+    "simon": lambda bounds: (
+        best(bounds, 0) == "record, forces" and best(bounds, 1) == "record with forcing"
+    ),
+    "hunt-crossley": lambda bounds: all(
+        np.isclose(bounds[each][1], told("simon").bounds[each][1], rtol=0.01)
+        and not np.isclose(bounds[each][0], told("simon").bounds[each][0], rtol=0.1)
+        for each in bounds
+        if each != "rebound speeds"
+    ),
+    "pust-peterka": lambda bounds: (
+        best(bounds, 0) == "record, forces" and best(bounds, 1) == "record with forcing"
+    ),
+    "hertz-dashpot": lambda bounds: bounds["record with forcing"][1] < least(bounds, 1),
+    "power-law": lambda bounds: np.all(bounds["record, forces"] < bounds["record"] / 4),
+}
+
+
+@pytest.mark.parametrize("name", mostly_thorough(CLAIMS, "restitution", "walton"))
+def test_sentences_of_the_page(name):
+    assert CLAIMS[name](told(name).bounds)
+
+
+@thorough
+def test_power_law_is_told_by_one_combination():
+    found = told("power-law")
+    error = float(found.measurements["record"].directions.error(np.array([-0.8, 1.0])))
+    assert np.all(found.bounds["record"] > 9 * error)
+
+
 @pytest.mark.parametrize("name", mostly_thorough(["simon", "pust-peterka"]))
 def test_stiffness_without_effect_costs_nothing(name):
     speeds = told(name).measurements["rebound speeds"]
@@ -165,7 +233,7 @@ def test_figure():
     assert ax.texts[0].get_text() == "c/k"
     legend = ax.get_legend()
     assert legend is not None
-    assert legend.get_title().get_text() == "Walton"
+    assert ax.get_title(loc="left") == "Walton"
     assert [text.get_text() for text in legend.get_texts()] == ["k", "c"]
     points, arrows = (
         [line for line in ax.lines if line.get_marker() == marker] for marker in ("o", ">")

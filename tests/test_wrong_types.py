@@ -103,7 +103,7 @@ SENTENCES = {
     "models": "TypeError: Argument `models` must be an ImpactOscillator, such as ",
     "criterion": "TypeError: Argument `criterion` must be a Criterion, such as ",
     "criterion name": "TypeError: Argument `names` must be a list of names: ['k'].",
-    "accuracy": "TypeError: Argument `accuracy` must be an Accuracy, such as `Accuracy(speed=1e-3)`",
+    "accuracy": "TypeError: Argument `accuracy` must be an Accuracy, such as `Accuracy(speed=",
     "forced": "TypeError: Argument `forced` must be a HarmonicMotion, such as ",
     "sensor of couplings": "TypeError: Argument `sensor` must be a Sensor, such as ",
     "simulation": "TypeError: Argument `simulation` must be a Simulation, such as ",

@@ -42,12 +42,15 @@ class Accuracy(NamedTuple):
 def contact_rows(
     problem: Problem, values: Vector, speeds: Float[np.ndarray, " impacts"], accuracy: Accuracy
 ) -> dict[str, Sensitivities]:
-    """Derivatives of what is measured of impacts at some speeds, divided by the noise."""
+    """Derivatives of what is measured of impacts at some speeds, divided by the noise; zero if the
+    impact cannot be simulated, so that it tells nothing.
+    """
     count = padded_size(len(speeds))  # so that motions share a program
     padded = jnp.asarray(np.resize(speeds, count))
     found = known(_slopes(problem, jnp.asarray(values), padded))
     sizes = accuracy._asdict()
-    return {name: rows[: len(speeds)] / sizes[name] for name, rows in found.items()}
+    told = {name: rows[: len(speeds)] / sizes[name] for name, rows in found.items()}
+    return {name: np.where(np.isfinite(rows), rows, 0.0) for name, rows in told.items()}
 
 
 def beyond_integration(rows: Sensitivities, values: Vector) -> Sensitivities:

@@ -43,7 +43,8 @@ def plot_couplings(ax: "Axes", found: Couplings) -> "Axes":
     ax.set(xscale="log", xlabel="relative standard error", ylim=(len(rows) - 0.5, -0.5))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{100 * x:g} %"))
     beside = {"loc": "upper left", "bbox_to_anchor": (1.02, 1.0), "borderaxespad": 0.0}
-    ax.legend(frameon=False, title=found.law, alignment="left", **beside)
+    ax.legend(frameon=False, handletextpad=0.2, **beside)
+    ax.set_title(found.law, loc="left", fontsize="medium")
     return ax
 
 
