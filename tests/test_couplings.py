@@ -172,7 +172,8 @@ def test_power_law_is_told_by_one_combination():
 def test_stiffness_without_effect_costs_nothing(name):
     speeds = told(name).measurements["rebound speeds"]
     alone = 1 / np.linalg.norm(np.asarray(speeds.sensitivities)[:, 1])
-    np.testing.assert_allclose(told(name).bounds["rebound speeds"], [np.inf, alone], rtol=1e-9)
+    expected = np.array([np.inf, alone])
+    np.testing.assert_allclose(told(name).bounds["rebound speeds"], expected, rtol=1e-9)
 
 
 def test_restitution_of_hertz_with_dashpot_depends_on_one_group():

@@ -1,4 +1,4 @@
-"""What is measured of contacts beside a record: speeds, durations, penetrations, forces."""
+"""Measurements of contacts beside a record: speeds, durations, penetrations, forces."""
 
 from typing import NamedTuple
 
@@ -42,8 +42,8 @@ class Accuracy(NamedTuple):
 def contact_rows(
     problem: Problem, values: Vector, speeds: Float[np.ndarray, " impacts"], accuracy: Accuracy
 ) -> dict[str, Sensitivities]:
-    """Derivatives of what is measured of impacts at some speeds, divided by the noise; zero if the
-    impact cannot be simulated, so that it tells nothing.
+    """Derivatives of the measurements of impacts at some speeds, divided by their noise; zero for
+    an impact that cannot be simulated, which tells nothing.
     """
     count = padded_size(len(speeds))  # so that motions share a program
     padded = jnp.asarray(np.resize(speeds, count))

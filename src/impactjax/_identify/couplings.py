@@ -130,15 +130,10 @@ def couplings(
     - `simulation`: settings of the simulations of the records.
 
     **Raises** `ValueError` as `information` does, for a model without a lower stop, a motion
-    without a complete impact, and an oscillator without a base if `forced` is given.
+    without a complete impact, an accuracy that is not positive, and an oscillator without a base if
+    `forced` is given.
     """
-    check_kind("model", model, ImpactOscillator, _MODEL)
-    check_kind("accuracy", accuracy, Accuracy, "Accuracy(speed=1e-3)")
-    if sensor is not None:
-        check_kind("sensor", sensor, Sensor, "Sensor(sigma=3.5e-3)")
-    if forced is not None:
-        check_kind("forced", forced, HarmonicMotion, "HarmonicMotion(0.01, 26.4)")
-    check_kind("simulation", simulation, Simulation, "Simulation(max_steps=1024)")
+    _check(model, accuracy, sensor, forced, simulation)
     accuracy.check()
     law = None if model.lower is None else model.lower.law
     if law is None:
@@ -165,6 +160,19 @@ def couplings(
     names = tuple(found["rebound speeds"].names)
     told = {name: _about_law(each, names) for name, each in found.items()}
     return Couplings(type(law).__name__, told)
+
+
+def _check(
+    model: object, accuracy: object, sensor: object, forced: object, simulation: object
+) -> None:
+    """Raises `TypeError` for an argument of a wrong kind."""
+    check_kind("model", model, ImpactOscillator, _MODEL)
+    check_kind("accuracy", accuracy, Accuracy, "Accuracy(speed=1e-3)")
+    if sensor is not None:
+        check_kind("sensor", sensor, Sensor, "Sensor(sigma=3.5e-3)")
+    if forced is not None:
+        check_kind("forced", forced, HarmonicMotion, "HarmonicMotion(0.01, 26.4)")
+    check_kind("simulation", simulation, Simulation, "Simulation(max_steps=1024)")
 
 
 def _with(model: ImpactOscillator, oscillator: AbstractOscillator) -> ImpactOscillator:
