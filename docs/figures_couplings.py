@@ -1,4 +1,4 @@
-"""Makes the figure of couplings on identifiability.md: `python docs/figures_couplings.py`."""
+"""Makes the figures of the laws on couplings.md: `python docs/figures_couplings.py`."""
 
 import math
 from pathlib import Path
@@ -12,24 +12,43 @@ import impactjax as ij
 jax.config.update("jax_enable_x64", True)
 
 HERE = Path(__file__).parent
-STOPS = (ij.Walton(k=1e4, c=2e3), ij.KelvinVoigt(727.5, 0.18), ij.HertzDashpot(1e6, 2.0))
+LAWS = {
+    "restitution": ij.Restitution(0.6),
+    "linear-restitution": ij.LinearRestitution(r0=0.7, alpha=0.2),
+    "power-restitution": ij.PowerRestitution(r0=0.6, alpha=0.1),
+    "kelvin-voigt": ij.KelvinVoigt(omega0=727.5, gamma=0.18),
+    "kelvin-voigt-linear-restitution": ij.KelvinVoigtLinearRestitution(727.5, r0=0.7, alpha=0.2),
+    "maxwell": ij.Maxwell(omega0=727.5, gamma=0.18),
+    "walton": ij.Walton(k=1e4, c=2e3),
+    "hertz": ij.Hertz(k=1e6),
+    "simon": ij.Simon(k=1e6, c=0.3),
+    "hunt-crossley": ij.HuntCrossley(k=1e6, c=0.3, n=1.4),
+    "pust-peterka": ij.PustPeterka(k=1e6, alpha=0.3, q=2.0),
+    "hertz-dashpot": ij.HertzDashpot(k=1e6, c=2.0),
+    "power-law": ij.PowerLaw(k=1e6, c=2e4, n=1.5, p=1.0, q=1.2),
+}
 
 
 def main() -> None:
-    """Draws the bounds of three laws' parameters by measurement."""
+    """Draws the bounds of each law's parameters by measurement, all on one scale."""
     plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
-    figure, axes = plt.subplots(1, 3, figsize=(11, 3.2), sharey=True, layout="constrained")
-    for ax, law in zip(axes, STOPS, strict=True):
-        pendulum = ij.Pendulum(omega_n=13.0, zeta=0.02, length=0.071, mass=0.02)
+    pendulum = ij.Pendulum(omega_n=13.0, zeta=0.02, length=0.071, mass=0.02)
+    forced = ij.HarmonicMotion(0.01, 2 * math.pi * 4.2)
+    (HERE / "figures" / "couplings").mkdir(exist_ok=True)
+    for name, law in LAWS.items():
+        model = ij.ImpactOscillator(pendulum, ij.Stop(law))
+        times = jnp.arange(1401) / 1000
         found = ij.couplings(
-            ij.ImpactOscillator(pendulum, ij.Stop(law)),
-            ij.InitialState(0.78),
-            jnp.arange(1401) / 1000,
-            forced=ij.HarmonicMotion(0.01, 2 * math.pi * 4.2),
+            *(model, ij.InitialState(0.78), times),
+            forced=forced,
+            simulation=ij.Simulation(max_steps=1024),
         )
         print(found, flush=True)
-        ij.plot.couplings(ax, found)
-    figure.savefig(HERE / "figures" / "couplings.png", dpi=125)
+        rows = len(found.bounds)
+        figure, ax = plt.subplots(figsize=(7.5, 0.9 + 0.24 * rows), layout="constrained")
+        ij.plot.couplings(ax, found).set_xlim(5e-4, 1)
+        figure.savefig(HERE / "figures" / "couplings" / f"{name}.png", dpi=110)
+        plt.close(figure)
 
 
 if __name__ == "__main__":

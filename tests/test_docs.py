@@ -13,7 +13,7 @@ from tiers import mostly_thorough
 ROOT = Path(__file__).parent.parent
 PAGES = [*ROOT.glob("*.md"), ROOT / "data" / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SLOW = (
-    *("design.md", "engine.md", "fitting.md", "how-do-i.md", "multiple-scales.md"),
+    *("couplings.md", "design.md", "engine.md", "fitting.md", "how-do-i.md", "multiple-scales.md"),
     *("other-libraries.md", "several-recordings.md", "studies.md", "your-own.md"),
 )
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -4,60 +4,47 @@ import dataclasses
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from impactjax._fit.evaluation import answer_at
+from impactjax._identify.contact_outcomes import Accuracy, beyond_integration, contact_rows
 from impactjax._identify.directions import Sensitivities
 from impactjax._identify.experiment_information import information
 from impactjax._identify.information import Information, informed
 from impactjax._identify.joint_information import joint_information
-from impactjax._identify.words import coupling
+from impactjax._identify.words import findings, percent
 from impactjax._known import known
-from impactjax._model.base_motion import HarmonicMotion, on_base
-from impactjax._model.equivalents import ClosedForm
+from impactjax._model.base_motion import HarmonicMotion, on_base, or_at_rest
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
-from impactjax._model.law import AbstractForceLaw, AbstractImpactLaw
+from impactjax._model.oscillator import AbstractOscillator
 from impactjax._optimise.linearisation import Vector
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
-from impactjax._problem.padding import padded_size
 from impactjax._problem.problem import Problem
 from impactjax._record.planned import planned
 from impactjax._refusal import check_kind
 from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.quantity import Angle, Displacement
 from impactjax._sensor.sensor import Sensor
-from impactjax._simulate.single_impact import single_impact
+from impactjax._simulate.simulation import Simulation
 from impactjax._types import Numbers, Samples
 
 _MODEL = "ImpactOscillator(Pendulum(13.0), Stop(Walton(1e4, 1e3)))"
 _CUTOFF, _SIGMA = 50.0, 3.5e-3  # of the usual sensor [Hz], [rad] or [m]
 _SECOND_START = 0.4  # of the first one
-
-
-class Accuracy(NamedTuple):
-    """Standard deviations of what is measured of a contact.
-
-    - `speed`: of the speed after an impact [m/s].
-    - `duration`: of the duration of a contact [s].
-    - `penetration`: of the deepest penetration of a contact [m].
-    - `force`: of the largest force of a contact [N].
-    """
-
-    speed: float = 1e-3
-    duration: float = 1e-4
-    penetration: float = 1e-5
-    force: float = 0.1
+OPEN = 10.0  # relative bounds from here on count as infinite
 
 
 @dataclasses.dataclass(frozen=True)
 class Couplings:
     """Information in different measurements of one motion about a contact law.
+
+    It prints as a table: relative bounds of the parameters by measurement, with a dash for one that
+    the measurement does not determine, and the combinations that are determined better than their
+    parameters, or not at all.
 
     - `law`: name of the law's class.
     - `measurements`: information by measurement; only the law's parameters are `of_model`, those of
@@ -84,9 +71,29 @@ class Couplings:
         return found
 
     def __str__(self) -> str:
-        width = max(len(name) for name in self.measurements)
-        rows = [f"{name:{width}}  {coupling(told)}" for name, told in self.measurements.items()]
-        return "\n".join([self.law, *rows])
+        rows = [[self.law, *self.names, "combinations"]]
+        for name, bounds in self.bounds.items():
+            rows.append([name, *map(_shown, bounds), _combinations(self.measurements[name])])
+        if not any(row[-1] for row in rows[1:]):
+            rows = [row[:-1] for row in rows]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        return "\n".join(
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+            for row in rows
+        )
+
+
+def _shown(bound: float) -> str:
+    return percent(bound) if bound < OPEN else "-"
+
+
+def _combinations(told: Information) -> str:
+    """Findings about more than one parameter."""
+    several = [each for each in findings(told) if each.combination not in told.names]
+    return "; ".join(
+        f"{each.combination} {each.amount}" if each.determined else f"not {each.combination}"
+        for each in several
+    )
 
 
 def couplings(
@@ -97,6 +104,7 @@ def couplings(
     accuracy: Accuracy = Accuracy(),
     sensor: Sensor | None = None,
     forced: HarmonicMotion | None = None,
+    simulation: Simulation = Simulation(),
 ) -> Couplings:
     """Information about the contact law in different measurements of a motion:
 
@@ -119,19 +127,26 @@ def couplings(
     - `sensor`: sensor of the record, with its `sigma`; by default one with a low-pass of 50 Hz and
       noise of 3.5 mrad (0.2 deg) or 3.5 mm.
     - `forced`: motion of the base, for an oscillator that has one.
+    - `simulation`: settings of the simulations of the records.
 
     **Raises** `ValueError` as `information` does, for a model without a lower stop, a motion
-    without a complete impact, and an oscillator without a base if `forced` is given.
+    without a complete impact, an accuracy that is not positive, and an oscillator without a base if
+    `forced` is given.
     """
-    check_kind("model", model, ImpactOscillator, _MODEL)
-    if model.lower is None:
+    _check(model, accuracy, sensor, forced, simulation)
+    accuracy.check()
+    law = None if model.lower is None else model.lower.law
+    if law is None:
         raise ValueError("The model has no lower stop, and so no contact law.")
     usual = Sensor(low_pass=Butterworth(_CUTOFF), sigma=_SIGMA) if sensor is None else sensor
-    plan = _Plan(jnp.asarray(ts), usual)
+    plan, shaken = _Plan(jnp.asarray(ts), usual, simulation), model
+    if forced is not None:
+        shaken = _with(model, on_base(model.oscillator, forced))
+        model = _with(model, or_at_rest(model.oscillator, forced))  # one program for all records
     first = plan.recorded(model, initial)
     if not first.speeds.size:
         raise ValueError("The motion has no complete impact, so nothing tells of the contact.")
-    contacts = _contacts(first, accuracy)
+    contacts = contact_rows(first.problem, first.values, first.speeds, accuracy)
     second = dataclasses.replace(initial, position=_SECOND_START * initial.position)
     record = first.with_rows()
     found = {"rebound speeds": first.alone(contacts["speed"]), "record": record}
@@ -141,11 +156,27 @@ def couplings(
     further = plan.recorded(model, second).with_rows()
     found["record from two starts"] = joint_information([record, further])
     if forced is not None:
-        shaken = dataclasses.replace(model, oscillator=on_base(model.oscillator, forced))
         found["record with forcing"] = plan.recorded(shaken, initial).with_rows()
     names = tuple(found["rebound speeds"].names)
     told = {name: _about_law(each, names) for name, each in found.items()}
-    return Couplings(type(model.lower.law).__name__, told)
+    return Couplings(type(law).__name__, told)
+
+
+def _check(
+    model: object, accuracy: object, sensor: object, forced: object, simulation: object
+) -> None:
+    """Raises `TypeError` for an argument of a wrong kind."""
+    check_kind("model", model, ImpactOscillator, _MODEL)
+    check_kind("accuracy", accuracy, Accuracy, "Accuracy(speed=1e-3)")
+    if sensor is not None:
+        check_kind("sensor", sensor, Sensor, "Sensor(sigma=3.5e-3)")
+    if forced is not None:
+        check_kind("forced", forced, HarmonicMotion, "HarmonicMotion(0.01, 26.4)")
+    check_kind("simulation", simulation, Simulation, "Simulation(max_steps=1024)")
+
+
+def _with(model: ImpactOscillator, oscillator: AbstractOscillator) -> ImpactOscillator:
+    return dataclasses.replace(model, oscillator=oscillator)
 
 
 def _about_law(told: Information, names: tuple[str, ...]) -> Information:
@@ -181,55 +212,24 @@ class _Recorded(NamedTuple):
         law = ("model", "lower", "law")
         own = {name: handle for name, handle in handles.items() if handle.path[:3] == law}
         places = [self.problem.names.index(name) for name in own]
-        return informed(own, self.values[places], rows[:, places])
+        values = self.values[places]
+        return informed(own, values, beyond_integration(rows[:, places], values))
 
 
 class _Plan(NamedTuple):
-    """Times and sensor of all records."""
+    """Times, sensor and simulation of all records."""
 
     ts: Samples
     sensor: Sensor
+    simulation: Simulation
 
     def recorded(self, model: ImpactOscillator, initial: InitialState) -> _Recorded:
         """A motion with the derivatives of its record."""
         quantity = Angle() if model.oscillator.is_angle() else Displacement()
-        plan = Experiment(model, planned(self.ts, quantity), initial, self.sensor)
+        recording = planned(self.ts, quantity)
+        plan = Experiment(model, recording, initial, self.sensor, simulation=self.simulation)
         problem, told = build_problem(plan), information(plan)
         log = known(answer_at(problem.padded(), problem.start, logged=True).impacts)
         rows = np.asarray(told.sensitivities) / np.asarray(told.scale)
         speeds = np.asarray(log.approach_speed)[log.complete & (log.approach_speed > 0)]
         return _Recorded(problem, known(problem.start), rows, speeds)
-
-
-def _contacts(recorded: _Recorded, accuracy: Accuracy) -> dict[str, Sensitivities]:
-    """Derivatives of what is measured of each contact, divided by the noise."""
-    count = padded_size(len(recorded.speeds))  # so that motions share a program
-    speeds = jnp.asarray(np.resize(recorded.speeds, count))
-    found = known(_slopes(recorded.problem, jnp.asarray(recorded.values), speeds))
-    sizes = accuracy._asdict()
-    return {name: rows[: len(recorded.speeds)] / sizes[name] for name, rows in found.items()}
-
-
-@eqx.filter_jit
-def _slopes(
-    problem: Problem, values: Vector, speeds: Float[Array, " impacts"]
-) -> dict[str, Sensitivities]:
-    """Derivatives of the outcomes of impacts at some speeds, by all parameters."""
-
-    def outcomes(values: Vector) -> dict[str, Float[Array, " impacts"]]:
-        system = problem.system_with(values)
-        assert system.model.lower is not None
-        law, mass = system.model.lower.law, system.model.oscillator.mass
-        if isinstance(law, AbstractImpactLaw):
-            return {"speed": speeds * law.restitution(speeds)}
-        assert isinstance(law, AbstractForceLaw)
-        closed = isinstance(law, ClosedForm)
-        found = law.equivalents(speeds, mass) if closed else single_impact(law, speeds, mass)
-        return {
-            "speed": speeds * found.restitution,
-            "duration": found.duration,
-            "penetration": found.deepest_penetration,
-            "force": found.peak_force,
-        }
-
-    return jax.jacfwd(outcomes)(values)

@@ -60,16 +60,16 @@ def _finding(information: Information, found: Directions, row: np.ndarray, error
     exponents = dict(zip(found.names, row.tolist(), strict=True))
     if not error < DETERMINED:
         free = {name: round(w, 12) for name, w in exponents.items()}
-        amount = f"(± {_percent(error)})" if error < 10 and _has_size(information, free) else ""
+        amount = f"(± {percent(error)})" if error < 10 and _has_size(information, free) else ""
         return Finding(_free(information, free), exponents, error, False, amount)
     simple = _simplest(found, row, error)
     own = float(found.error(simple))
     kept = {name: float(w) for name, w in zip(found.names, simple, strict=True) if w != 0}
     if _are_powers(information, kept):
-        return Finding(_product(kept), exponents, own, True, f"to {_percent(own)}")
+        return Finding(_product(kept), exponents, own, True, f"to {percent(own)}")
     combination, lead = _sum(information, kept)
     if _are_powers(information, [lead]):
-        return Finding(combination, exponents, own, True, f"to {_percent(own)}")
+        return Finding(combination, exponents, own, True, f"to {percent(own)}")
     at = information.names.index(lead)
     size, unit = own * float(information.scale[at]), information.units[at]
     amount = f"to ± {size:.2g}" + ("" if unit == "1" else f" {unit}")
@@ -184,7 +184,7 @@ def _sum(information: Information, weights: Exponents) -> tuple[str, str]:
     return " ".join(terms), lead
 
 
-def _percent(error: float) -> str:
+def percent(error: float) -> str:
     """A relative error to two digits."""
     percent = 100 * error
     digits = max(1 - math.floor(math.log10(percent)), 0) if percent > 0 else 0

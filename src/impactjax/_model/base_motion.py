@@ -61,6 +61,15 @@ as_base = of_kind("base", HarmonicMotion, "HarmonicMotion(0.003, 6.3)", optional
 
 def on_base(oscillator: Own, motion: HarmonicMotion) -> Own:
     """An oscillator on a base that moves. Raises `ValueError` if its base cannot."""
-    if "base" not in {field.name for field in dataclasses.fields(oscillator)}:
+    if "base" not in vars(oscillator):
         raise ValueError(f"The base of a {type(oscillator).__name__} cannot move.")
     return dataclasses.replace(oscillator, base=motion)
+
+
+def or_at_rest(oscillator: Own, motion: HarmonicMotion) -> Own:
+    """An oscillator on its own base; if that does not move, on one with an amplitude of zero, so
+    that it shares compiled programs with one that moves. Raises `ValueError` as `on_base` does.
+    """
+    still = dataclasses.replace(motion, amplitude=jnp.zeros_like(motion.amplitude))
+    resting = on_base(oscillator, still)
+    return resting if vars(oscillator)["base"] is None else oscillator
