@@ -79,7 +79,6 @@ from impactjax._hybrid.system import HybridSystem as HybridSystem
 from impactjax._hybrid.system import Tail as Tail
 from impactjax._hybrid.system import Transition as Transition
 from impactjax._identify.contact_outcomes import Accuracy as Accuracy
-from impactjax._identify.couplings import Accuracy as Accuracy
 from impactjax._identify.couplings import Couplings as Couplings
 from impactjax._identify.couplings import couplings as couplings
 from impactjax._identify.directions import Directions as Directions

@@ -16,15 +16,6 @@ class RESULTS(eqx.Enumeration):
         "There were more impacts or rests than `max_impacts`. The samples are right; the logs hold "
         "only the first ones. Raise `max_impacts`."
     )
-    max_events_reached = (
-        "There were more events than `max_events`. The samples are right; the log holds only the "
-        "first ones. Raise `max_events`."
-    )
-    event_repeats = (
-        "An event repeats endlessly, in ever less time or in none. Change the mode in its jump, so "
-        "that its guard no longer applies, or give the transition a `tail`. Samples after that are "
-        "NaN."
-    )
     stopped_through = (
         "The mass ended a step on the wrong side of a stop. Please report this: it should not "
         "happen. Samples after that are NaN."
@@ -60,4 +51,13 @@ class RESULTS(eqx.Enumeration):
     non_finite = (
         "The state became infinite or NaN: the law or the oscillator is not defined there. Samples "
         "after that are NaN."
+    )
+    max_events_reached = (
+        "There were more events than `max_events`. The samples are right; the log holds only the "
+        "first ones. Raise `max_events`."
+    )
+    event_repeats = (
+        "An event repeats endlessly, in ever less time or in none. Change the mode in its jump, so "
+        "that its guard no longer applies, or give the transition a `tail`. Samples after that are "
+        "NaN."
     )
