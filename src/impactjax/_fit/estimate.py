@@ -91,6 +91,7 @@ class Estimate(eqx.Module, Generic[P]):
 
     def of(self, problem: P) -> "Estimate[P]":
         """The estimate of the unpadded problem; the rows of this one end with padding."""
+        problem = problem.weighed(self.problem.prior_weight())
         count = problem.valid.shape[-1]
         if count == self.residuals.shape[-1]:
             return dataclasses.replace(self, problem=problem)

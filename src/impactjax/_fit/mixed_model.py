@@ -27,6 +27,7 @@ from jaxtyping import Bool, Float
 from impactjax._fit.determined import determined
 from impactjax._fit.quantiles import bisected, chi_squared_above, student
 from impactjax._known import AnyArray, namespace
+from impactjax._problem.prior import PriorRows
 
 Vector = Float[AnyArray, " observations"]
 Jacobian = Float[AnyArray, "observations parameters"]
@@ -53,6 +54,21 @@ class OwnNoise(NamedTuple):
 
     freedom: Number
     squares: Number
+
+
+class Observed(NamedTuple):
+    """Observations of a linear mixed model.
+
+    - `observed`, `jacobian`, `effects`: z, J and A; rows of zeros do not count.
+    - `count`: number of the rows that count.
+    - `own`: knowledge of the noise from elsewhere; zeros for none.
+    """
+
+    observed: Vector
+    jacobian: Jacobian
+    effects: Effects
+    count: Number
+    own: OwnNoise
 
 
 class MixedModel(NamedTuple):
@@ -97,6 +113,11 @@ class MixedModel(NamedTuple):
         """Geometric mean of λ."""
         xp = namespace(self.ratios)
         return xp.exp(self.weights @ xp.log(self.ratios))
+
+    @property
+    def noise(self) -> Number:
+        """Expectation of the variance σ² of the noise."""
+        return self.weights @ self.squares / self.freedom
 
     @property
     def expected_size(self) -> Number:
@@ -158,17 +179,9 @@ class _Projected(NamedTuple):
     determined: Bool[AnyArray, " parameters"]  # parameters without a component in a lost direction
 
 
-def mixed_model(
-    observed: Vector, jacobian: Jacobian, effects: Effects, count: Number, own: OwnNoise
-) -> MixedModel:
-    """The solution of z = J p + A u + e for each ratio of a grid.
-
-    **Arguments:**
-
-    - `observed`, `jacobian`, `effects`: z, J and A; rows of zeros do not count.
-    - `count`: number of the rows that count.
-    - `own`: knowledge of the noise from elsewhere; zeros for none.
-    """
+def mixed_model(data: Observed) -> MixedModel:
+    """The solution of z = J p + A u + e for each ratio of a grid."""
+    observed, jacobian, effects, count, own = data
     xp = namespace(observed, jacobian, effects)
     more = max(effects.shape[1] - effects.shape[0], 0)  # rows, so that all directions are found
     observed = xp.pad(observed, (0, more))
@@ -228,11 +241,31 @@ def _around_the_peak(
 
 
 def marginal_likelihood(
-    observed: Vector, jacobian: Jacobian, effects: Effects, count: Number, variance: Number | None
+    observed: Vector,
+    jacobian: Jacobian,
+    effects: Effects,
+    count: Number,
+    variance: Number | None,
+    prior: PriorRows,
 ) -> Number:
     """Maximum over p, s and σ of the log-likelihood of a linear mixed model; over p and s if the
-    noise's variance is known.
+    noise's variance is known. Prior knowledge is weighed against the noise without it.
     """
+    each, sizes = _likelihoods(observed, jacobian, effects, count, variance)
+    xp, more = namespace(each), prior.deviations.shape[0]
+    if not more:
+        return xp.max(each)
+    root = xp.sqrt(sizes[xp.argmax(each)])
+    observed = xp.concatenate([observed, -root * prior.deviations])
+    jacobian = xp.concatenate([jacobian, root * prior.slopes])
+    effects = xp.pad(effects, ((0, more), (0, 0)))
+    return xp.max(_likelihoods(observed, jacobian, effects, count, variance)[0])
+
+
+def _likelihoods(
+    observed: Vector, jacobian: Jacobian, effects: Effects, count: Number, variance: Number | None
+) -> tuple[PerRatio, PerRatio]:
+    """Maximum of the log-likelihood over p and σ for each ratio, and σ² there."""
     xp = namespace(observed, jacobian, effects)
     part = _projected(observed, jacobian, effects)
     strongest = xp.max(part.lengths) ** 2
@@ -241,9 +274,9 @@ def marginal_likelihood(
     ratios = xp.concatenate([xp.zeros_like(ratios[:1]), ratios])[:, None]
     squares = part.rest + xp.sum(part.parts**2 / (1 + ratios * part.lengths**2), axis=1)
     whole = xp.linalg.svd(effects, compute_uv=False) ** 2
-    size = squares / count if variance is None else variance
+    size = squares / count if variance is None else xp.full_like(squares, variance)
     determinant = xp.sum(xp.log(1 + ratios * whole), axis=1) + count * xp.log(2 * np.pi * size)
-    return xp.max(-(determinant + squares / size) / 2)
+    return -(determinant + squares / size) / 2, size
 
 
 def whitened(columns: Jacobian, effects: Effects, ratio: Number) -> Jacobian:

@@ -60,7 +60,10 @@ def summarised(estimate: Estimate[Problem], solution: Solution) -> Estimate[Prob
     """The estimate at a solution, from one without scatter. A parameter that was held keeps its
     error and an interval that holds its value.
     """
-    found = _found(estimate.problem, solution)
+    found, problem = _found(estimate.problem, solution), estimate.problem
+    if problem.recording.observes_impacts:
+        noise = jnp.asarray(solution.step.model.noise)
+        estimate = dataclasses.replace(estimate, problem=problem.weighed(noise))
     return _estimate(estimate, *jax.tree.map(jnp.asarray, (found, solution.point)))
 
 
@@ -104,7 +107,8 @@ def likelihood(problem: Problem, point: Around, logs: Effects) -> AnyArray:
     observed = point.effects @ logs - point.residuals
     count, variance = counted(problem, observed), problem.variance()
     known_variance = None if variance is None else known(variance)
-    return marginal_likelihood(observed, point.jacobian, point.effects, count, known_variance)
+    data = observed, point.jacobian, point.effects
+    return marginal_likelihood(*data, count, known_variance, point.prior)
 
 
 def _ratio(errors: Vector, before: Vector) -> Vector:

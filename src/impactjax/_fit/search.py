@@ -36,6 +36,7 @@ from impactjax._optimise.minimiser import (
 )
 from impactjax._parameter import Range
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
+from impactjax._record.abstract_recording import Valid
 
 _EARLY = 1e-3  # relative decrease that counts as convergence on a part before the last
 _LEAST = 0.1  # least usual step, relative to the longest
@@ -78,11 +79,13 @@ class Search:
     def linearised(self, problem: AbstractProblem, searches: Searches) -> Linearisation:
         """The linear model of all observations around each start."""
         no, parts = jnp.zeros((), bool), jnp.asarray(searches.parts)
+        record, informed = problem.of_record(), known(problem).informed
+        counts = np.asarray(searches.parts).sum(axis=1)
 
         def at(place: Vector) -> Linearisation:
-            found = self.evaluate(problem, jnp.asarray(place), parts, no)
+            found = self.evaluate(record, jnp.asarray(place), parts, no)
             models = known(jax.block_until_ready(found).models)
-            return jax.tree.map(lambda x: x[-1], models)
+            return informed(place, jax.tree.map(lambda x: x[-1], models), counts[-1])
 
         found = side_by_side(at, searches.starts)
         return jax.tree.map(lambda *each: np.stack(each), *found)
@@ -93,7 +96,7 @@ class Search:
         if not is_known((problem, best)):
             return best
         yes = jnp.ones((), bool)
-        again = self.evaluate(problem, jnp.asarray(best.u), jnp.asarray(parts), yes)
+        again = self.evaluate(problem.of_record(), jnp.asarray(best.u), jnp.asarray(parts), yes)
         answer = best.answer._replace(impacts=again.answer.impacts)
         return best._replace(answer=answer)
 
@@ -116,10 +119,13 @@ def _known(
     starts, parts = searches.starts, jnp.asarray(searches.parts)
     count, ranges = starts.shape[1], problem.ranges()
     infinite = Linearisation(np.array(np.inf), np.zeros(count), np.zeros((count, count)))
+    record, informed = problem.of_record(), known(problem).informed
+    counts = np.asarray(parts).sum(axis=1)
 
     def around(u: Vector, answer: Evaluated | None, part: Count) -> Linearisation:
-        del u
-        return infinite if answer is None else jax.tree.map(lambda x: x[part], answer.models)
+        if answer is None:
+            return infinite
+        return informed(u, jax.tree.map(lambda x: x[part], answer.models), counts[part])
 
     def minimiser(start: Vector, active: Mask) -> Minimiser[Evaluated | None]:
         objective = Objective(around, _reductions(optimiser, parts, start))
@@ -127,7 +133,7 @@ def _known(
         return Minimiser(optimiser, objective, _bounds(ranges, start, active), nothing)
 
     def at(place: Vector) -> Evaluated:
-        return known(jax.block_until_ready(evaluate(problem, jnp.asarray(place), parts, no)))
+        return known(jax.block_until_ready(evaluate(record, jnp.asarray(place), parts, no)))
 
     no, answers = jnp.zeros((), bool), []
     with np.errstate(all="ignore"):
@@ -161,12 +167,12 @@ def _traced(problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: S
     def minimiser(arrays: PyTree, lane: tuple[Vector, Mask]) -> Minimiser[Answer]:
         (problem, parts, answering), (start, on) = eqx.combine(arrays, other), lane
         objective = Objective(
-            around=lambda u, answer, part: problem.around(u, answer, parts[part]),
+            around=lambda u, answer, part: _informed(problem, u, answer, parts[part]),
             reductions=_reductions(optimiser, parts, start),
         )
         shapes = jax.eval_shape(lambda u: answering(problem, u), start)
         answer = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
-        model = problem.around(start, answer, parts[0])
+        model = _informed(problem, start, answer, parts[0])
         infinite = jax.tree.map(jnp.zeros_like, model)
         infinite = infinite._replace(cost=jnp.full_like(model.cost, jnp.inf))
         nothing = Point(start, answer, infinite)
@@ -183,6 +189,14 @@ def _traced(problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: S
         result=lambda state: state.minimum,
     )
     return in_turn(iteration, arrays, (starts, active))
+
+
+def _informed(
+    problem: AbstractProblem, u: Vector, answer: Answer, valid: Valid
+) -> Linearisation:
+    """The linear model of some residuals and of prior knowledge."""
+    model = problem.around(u, answer, valid)
+    return problem.informed(u, model, jnp.sum(valid).astype(u.dtype))
 
 
 def _answered(problem: AbstractProblem, u: Vector) -> Answer:
