@@ -205,9 +205,7 @@ def _whitened(problem: Problem, observed: AnyArray, point: Around) -> Observed:
 
 
 @eqx.filter_jit
-def _white(
-    problem: Problem, observed: AnyArray, jacobian: AnyArray, effects: AnyArray
-) -> Observed:
+def _white(problem: Problem, observed: AnyArray, jacobian: AnyArray, effects: AnyArray) -> Observed:
     """A recorded motion along the directions of parameters and scatter, in units of its noise.
 
     The noise model of the problem gives the covariance of the noise along these directions, from
@@ -230,5 +228,5 @@ def _white(
     def white(columns: AnyArray) -> AnyArray:
         return jax.scipy.linalg.solve_triangular(root, axes.T @ columns, lower=True)
 
-    columns = (white(x) for x in (observed, jacobian, effects))
-    return Observed(*columns, p, OwnNoise(freedom, freedom))
+    own = OwnNoise(freedom, freedom)
+    return Observed(white(observed), white(jacobian), white(effects), p, own)

@@ -27,7 +27,6 @@ from jaxtyping import Bool, Float
 from impactjax._fit.determined import determined
 from impactjax._fit.quantiles import bisected, chi_squared_above, student
 from impactjax._known import AnyArray, namespace
-from impactjax._problem.prior import PriorRows
 
 Vector = Float[AnyArray, " observations"]
 Jacobian = Float[AnyArray, "observations parameters"]
@@ -35,8 +34,8 @@ Effects = Float[AnyArray, "observations effects"]
 Number = Float[AnyArray, ""]
 PerRatio = Float[AnyArray, " ratios"]
 
-_RATIOS, _WIDE = 48, 96  # points of the grid, and of the wider one from which it is chosen
-_BELOW, _BEYOND = 1e4, 1e16  # factors by which that extends beyond ratios 1/strongest, 1/weakest
+RATIOS, _WIDE = 48, 96  # points of the grid, and of the wider one from which it is chosen
+BELOW, BEYOND = 1e4, 1e16  # factors by which that extends beyond ratios 1/strongest, 1/weakest
 _NEGLIGIBLE = 1e-7  # relative density at the ends of the grid
 _LOST = 1e-9  # part of the random effects beside the parameters that counts as none, relative
 _UNTOLD = 1e-9  # that of a direction of the parameters without information
@@ -165,7 +164,7 @@ class MixedModel(NamedTuple):
         return xp.where(self.told, xp.where(lost > level, 0.0, size), nothing)
 
 
-class _Projected(NamedTuple):
+class Projected(NamedTuple):
     """Observations and random effects without the part that the parameters explain."""
 
     basis: Jacobian  # orthonormal basis of the parameters' columns
@@ -186,7 +185,7 @@ def mixed_model(data: Observed) -> MixedModel:
     more = max(effects.shape[1] - effects.shape[0], 0)  # rows, so that all directions are found
     observed = xp.pad(observed, (0, more))
     jacobian, effects = (xp.pad(x, ((0, more), (0, 0))) for x in (jacobian, effects))
-    part = _projected(observed, jacobian, effects)
+    part = projected(observed, jacobian, effects)
     strengths = part.lengths**2
     felt = strengths > 0
     strongest = xp.max(strengths)
@@ -202,7 +201,7 @@ def mixed_model(data: Observed) -> MixedModel:
         prior = xp.log(1 - 1 / (1 + ratios * strongest)) - xp.log(1 + ratios * weakest) / 2
         return likelihood + prior, squares
 
-    wide = xp.linspace(-xp.log(_BELOW * strongest), xp.log(_BEYOND / weakest), _WIDE)
+    wide = xp.linspace(-xp.log(BELOW * strongest), xp.log(BEYOND / weakest), _WIDE)
     log_ratios = _around_the_peak(wide, log_posterior(wide)[0])
     ratios, (posterior, squares) = xp.exp(log_ratios), log_posterior(log_ratios)
     posterior = xp.exp(posterior - xp.max(posterior))
@@ -237,46 +236,7 @@ def _around_the_peak(
     likely = log_density > xp.max(log_density) + np.log(_NEGLIGIBLE)
     step = grid[1] - grid[0]
     low = xp.min(xp.where(likely, grid, grid[-1])) - step
-    return xp.linspace(low, xp.max(xp.where(likely, grid, grid[0])) + step, _RATIOS)
-
-
-def marginal_likelihood(
-    observed: Vector,
-    jacobian: Jacobian,
-    effects: Effects,
-    count: Number,
-    variance: Number | None,
-    prior: PriorRows,
-) -> Number:
-    """Maximum over p, s and σ of the log-likelihood of a linear mixed model; over p and s if the
-    noise's variance is known. Prior knowledge is weighed against the noise without it.
-    """
-    each, sizes = _likelihoods(observed, jacobian, effects, count, variance)
-    xp, more = namespace(each), prior.deviations.shape[0]
-    if not more:
-        return xp.max(each)
-    root = xp.sqrt(sizes[xp.argmax(each)])
-    observed = xp.concatenate([observed, -root * prior.deviations])
-    jacobian = xp.concatenate([jacobian, root * prior.slopes])
-    effects = xp.pad(effects, ((0, more), (0, 0)))
-    return xp.max(_likelihoods(observed, jacobian, effects, count, variance)[0])
-
-
-def _likelihoods(
-    observed: Vector, jacobian: Jacobian, effects: Effects, count: Number, variance: Number | None
-) -> tuple[PerRatio, PerRatio]:
-    """Maximum of the log-likelihood over p and σ for each ratio, and σ² there."""
-    xp = namespace(observed, jacobian, effects)
-    part = _projected(observed, jacobian, effects)
-    strongest = xp.max(part.lengths) ** 2
-    scale = xp.where(strongest > 0, strongest, 1.0)
-    ratios = xp.exp(xp.linspace(-np.log(_BELOW), np.log(_BEYOND), 4 * _RATIOS)) / scale
-    ratios = xp.concatenate([xp.zeros_like(ratios[:1]), ratios])[:, None]
-    squares = part.rest + xp.sum(part.parts**2 / (1 + ratios * part.lengths**2), axis=1)
-    whole = xp.linalg.svd(effects, compute_uv=False) ** 2
-    size = squares / count if variance is None else xp.full_like(squares, variance)
-    determinant = xp.sum(xp.log(1 + ratios * whole), axis=1) + count * xp.log(2 * np.pi * size)
-    return -(determinant + squares / size) / 2, size
+    return xp.linspace(low, xp.max(xp.where(likely, grid, grid[0])) + step, RATIOS)
 
 
 def whitened(columns: Jacobian, effects: Effects, ratio: Number) -> Jacobian:
@@ -287,7 +247,7 @@ def whitened(columns: Jacobian, effects: Effects, ratio: Number) -> Jacobian:
     return columns + axes @ (shrunk[:, None] * (axes.T @ columns))
 
 
-def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Projected:
+def projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> Projected:
     xp = namespace(observed, jacobian, effects)
     norms = xp.linalg.norm(jacobian, axis=0)
     norms = xp.where(norms > 0, norms, 1.0)
@@ -307,4 +267,4 @@ def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Proje
     left = beside(observed)
     parts = axes.T @ left
     rest = xp.sum((left - axes @ parts) ** 2)
-    return _Projected(basis, inverse, lengths, effect_axes.T, parts, rest, known)
+    return Projected(basis, inverse, lengths, effect_axes.T, parts, rest, known)

@@ -11,7 +11,8 @@ from jaxtyping import Bool, Float
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.linear_scatter import Around, Effects, Mask, Step, Vector, counted
-from impactjax._fit.mixed_model import marginal_likelihood, whitened
+from impactjax._fit.marginal_likelihood import marginal_likelihood
+from impactjax._fit.mixed_model import whitened
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.straight import straight
 from impactjax._fit.uncertainty import holding_both, verdicts, within_ranges

@@ -36,7 +36,6 @@ from impactjax._optimise.minimiser import (
 )
 from impactjax._parameter import Range
 from impactjax._problem.abstract_problem import AbstractProblem, Answer
-from impactjax._record.abstract_recording import Valid
 
 _EARLY = 1e-3  # relative decrease that counts as convergence on a part before the last
 _LEAST = 0.1  # least usual step, relative to the longest
@@ -80,7 +79,7 @@ class Search:
         """The linear model of all observations around each start."""
         no, parts = jnp.zeros((), bool), jnp.asarray(searches.parts)
         record, informed = problem.of_record(), known(problem).informed
-        counts = np.asarray(searches.parts).sum(axis=1)
+        counts = known(searches.parts).sum(axis=1).astype(searches.starts.dtype)
 
         def at(place: Vector) -> Linearisation:
             found = self.evaluate(record, jnp.asarray(place), parts, no)
@@ -120,7 +119,7 @@ def _known(
     count, ranges = starts.shape[1], problem.ranges()
     infinite = Linearisation(np.array(np.inf), np.zeros(count), np.zeros((count, count)))
     record, informed = problem.of_record(), known(problem).informed
-    counts = np.asarray(parts).sum(axis=1)
+    counts = known(parts).sum(axis=1).astype(starts.dtype)
 
     def around(u: Vector, answer: Evaluated | None, part: Count) -> Linearisation:
         if answer is None:
@@ -166,13 +165,15 @@ def _traced(problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: S
 
     def minimiser(arrays: PyTree, lane: tuple[Vector, Mask]) -> Minimiser[Answer]:
         (problem, parts, answering), (start, on) = eqx.combine(arrays, other), lane
-        objective = Objective(
-            around=lambda u, answer, part: _informed(problem, u, answer, parts[part]),
-            reductions=_reductions(optimiser, parts, start),
-        )
+
+        def around(u: Vector, answer: Answer, part: Count | int) -> Linearisation:
+            model, count = problem.around(u, answer, parts[part]), jnp.sum(parts[part])
+            return problem.informed(u, model, count.astype(u.dtype))
+
+        objective = Objective(around, _reductions(optimiser, parts, start))
         shapes = jax.eval_shape(lambda u: answering(problem, u), start)
         answer = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
-        model = _informed(problem, start, answer, parts[0])
+        model = around(start, answer, 0)
         infinite = jax.tree.map(jnp.zeros_like, model)
         infinite = infinite._replace(cost=jnp.full_like(model.cost, jnp.inf))
         nothing = Point(start, answer, infinite)
@@ -189,14 +190,6 @@ def _traced(problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: S
         result=lambda state: state.minimum,
     )
     return in_turn(iteration, arrays, (starts, active))
-
-
-def _informed(
-    problem: AbstractProblem, u: Vector, answer: Answer, valid: Valid
-) -> Linearisation:
-    """The linear model of some residuals and of prior knowledge."""
-    model = problem.around(u, answer, valid)
-    return problem.informed(u, model, jnp.sum(valid).astype(u.dtype))
 
 
 def _answered(problem: AbstractProblem, u: Vector) -> Answer:

@@ -20,7 +20,7 @@ from impactjax._parameter import Range
 from impactjax._problem.loss import AbstractLoss
 from impactjax._problem.noise import AbstractNoise
 from impactjax._problem.parameters import Handle
-from impactjax._problem.prior import PriorRows, prior_rows
+from impactjax._problem.prior import Normal, PriorRows, prior_rows
 from impactjax._record.abstract_recording import Residuals, Valid
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Flag, Scalar
@@ -168,6 +168,10 @@ class AbstractProblem(eqx.Module):
         possible = jnp.all(jnp.stack(inside)) & jnp.isfinite(density)
         return jnp.where(possible, density, -jnp.inf)
 
+    def known_before(self) -> dict[str, Normal]:
+        """Prior knowledge of parameters, by name."""
+        return {}
+
     def prior_density(self, values: Vector) -> Scalar:
         """Logarithm of the density of prior knowledge that is not among the residuals, up to a
         constant.
@@ -178,7 +182,7 @@ class AbstractProblem(eqx.Module):
         """Prior knowledge that is not among the residuals, as observations of parameters."""
         return prior_rows({}, self.names, values)
 
-    def prior_weight(self) -> Scalar | None:
+    def prior_weight(self) -> Float[AnyArray, "..."] | None:
         """Variance of a residual against which prior knowledge is weighed; `None` for that of the
         residuals at each point.
         """
@@ -189,7 +193,7 @@ class AbstractProblem(eqx.Module):
         """True if prior knowledge is weighed against a variance that a fit has to find."""
         return False
 
-    def weighed(self: Own, variance: Scalar | None) -> Own:
+    def weighed(self: Own, variance: Float[AnyArray, "..."] | None) -> Own:
         """The problem whose prior knowledge is weighed against a variance of the residuals."""
         del variance
         return self
@@ -259,7 +263,7 @@ class AbstractProblem(eqx.Module):
         cost = jnp.sum(loss.cost(residuals))
         return linearise(cost, weights * residuals, weights[:, None] * jacobian)
 
-    def informed(self, u: Vector, model: Linearisation, count: Scalar) -> Linearisation:
+    def informed(self, u: Vector, model: Linearisation, count: AnyArray) -> Linearisation:
         """A linear model of `count` residuals around a point, with prior knowledge as more rows.
 
         With the deviations z of the priors, in units of their errors, the cost F grows by s² z²/2

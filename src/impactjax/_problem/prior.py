@@ -58,15 +58,12 @@ def prior_rows(
     values: Float[AnyArray, " parameters"],
 ) -> PriorRows:
     """The rows of some priors at the values of the named parameters."""
-    xp, dtype = namespace(values), values.dtype
-    at = [names.index(name) for name in priors]
-    unit = np.eye(len(names), dtype=dtype)[np.array(at, int)]
+    xp, at = namespace(values), np.array([names.index(name) for name in priors], int)
+    unit = xp.asarray(np.eye(len(names))[at], values.dtype)
     if not priors:
-        return PriorRows(xp.zeros(0, dtype), xp.asarray(unit))
-    each = [known(prior) if xp is np else prior for prior in priors.values()]
-    deviations = [
-        (values[i] - xp.asarray(prior.mean, dtype)) / xp.asarray(prior.sigma, dtype)
-        for i, prior in zip(at, each, strict=True)
-    ]
-    slopes = [xp.asarray(row) / xp.asarray(x.sigma, dtype) for row, x in zip(unit, each, strict=True)]
-    return PriorRows(xp.stack(deviations), xp.stack(slopes))
+        return PriorRows(values[at], unit)
+    each = known([(prior.mean, prior.sigma) for prior in priors.values()])
+    means, sigmas = (
+        xp.stack([xp.asarray(x, values.dtype) for x in row]) for row in zip(*each, strict=True)
+    )
+    return PriorRows((values[at] - means) / sigmas, unit / sigmas[:, None])

@@ -51,7 +51,7 @@ class Problem(AbstractProblem):
     bounds: tuple[tuple[str, tuple[float, float]], ...] = eqx.field(static=True, default=())
     scatter: AbstractScatter = NoScatter()
     priors: dict[str, Normal] = eqx.field(default_factory=dict)
-    weight: Scalar | None = None
+    weight: Float[AnyArray, "..."] | None = None
     direction: Factors | None = None
 
     def __check_init__(self) -> None:
@@ -80,17 +80,20 @@ class Problem(AbstractProblem):
     def variance(self) -> Scalar | None:
         return self.system.sensor.variance()
 
+    def known_before(self) -> dict[str, Normal]:
+        return dict(self.priors)
+
     def prior_rows(self, values: Vector) -> PriorRows:
         return prior_rows(self.priors, self.names, values)
 
-    def prior_weight(self) -> Scalar | None:
+    def prior_weight(self) -> Float[AnyArray, "..."] | None:
         return self.variance() if self.is_classical() else self.weight
 
     @property
     def weighs_anew(self) -> bool:
         return bool(self.priors) and not self.is_classical()
 
-    def weighed(self, variance: Scalar | None) -> "Problem":
+    def weighed(self, variance: Float[AnyArray, "..."] | None) -> "Problem":
         return dataclasses.replace(self, weight=variance) if self.priors else self
 
     def remeasured(self, values: Vector, key: Key[Array, ""]) -> "Problem":
