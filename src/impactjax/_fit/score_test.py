@@ -101,7 +101,7 @@ class Around(NamedTuple):
     jacobian: Float[AnyArray, "observations parameters"]
     observed: int
 
-    def whole(self, column: Column) -> Column:
+    def whole(self, column: Float[AnyArray, " record"]) -> Float[AnyArray, " rows"]:
         """A column of the record, with the zeros that a parameter without a prior has."""
         return np.pad(column, (0, len(self.residuals) - self.observed))
 
