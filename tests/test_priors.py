@@ -65,6 +65,7 @@ def test_unknown_noise_is_weighed_by_the_degrees_of_freedom():
     until all rest.
     """
     variance, told = SIGMA**2, 0.0
+    values, covariance = regression(variance)
     for _ in range(50):
         values, covariance = regression(variance)
         told = covariance[1, 1] / ERROR**2
@@ -151,7 +152,7 @@ def test_intervals_cover_the_truth(memory):
 
     random = np.random.default_rng(5)
     white = SIGMA * random.standard_normal((replicates, count + 100))
-    own = signal.lfilter([1.0], [1.0, -memory], white)[:, 100:]
+    own = np.asarray(signal.lfilter([1.0], [1.0, -memory], white))[:, 100:]
     means = SLOPE + error * random.standard_normal(replicates)
     estimates = fits(jnp.asarray(own), jnp.asarray(means))
     truth = np.array([LEVEL, SLOPE])

@@ -6,43 +6,29 @@ from impactjax._fit.mixed_model import (
     BELOW,
     BEYOND,
     RATIOS,
-    Effects,
-    Jacobian,
     Number,
+    Observed,
     PerRatio,
-    Vector,
     projected,
 )
 from impactjax._known import namespace
 from impactjax._problem.prior import PriorRows
 
 
-def marginal_likelihood(
-    observed: Vector,
-    jacobian: Jacobian,
-    effects: Effects,
-    count: Number,
-    variance: Number | None,
-    prior: PriorRows,
-) -> Number:
+def marginal_likelihood(data: Observed, variance: Number | None, prior: PriorRows) -> Number:
     """Maximum over p, s and σ of the log-likelihood of a linear mixed model; over p and s if the
     noise's variance is known. Prior knowledge is weighed against the noise without it.
     """
-    each, sizes = _likelihoods(observed, jacobian, effects, count, variance)
-    xp, more = namespace(each), prior.deviations.shape[0]
-    if not more:
-        return xp.max(each)
-    root = xp.sqrt(sizes[xp.argmax(each)])
-    observed = xp.concatenate([observed, -root * prior.deviations])
-    jacobian = xp.concatenate([jacobian, root * prior.slopes])
-    effects = xp.pad(effects, ((0, more), (0, 0)))
-    return xp.max(_likelihoods(observed, jacobian, effects, count, variance)[0])
+    each, sizes = _likelihoods(data, variance)
+    xp = namespace(each)
+    if prior.deviations.shape[0]:
+        each, _ = _likelihoods(data.with_prior(prior, sizes[xp.argmax(each)]), variance)
+    return xp.max(each)
 
 
-def _likelihoods(
-    observed: Vector, jacobian: Jacobian, effects: Effects, count: Number, variance: Number | None
-) -> tuple[PerRatio, PerRatio]:
+def _likelihoods(data: Observed, variance: Number | None) -> tuple[PerRatio, PerRatio]:
     """Maximum of the log-likelihood over p and σ for each ratio, and σ² there."""
+    observed, jacobian, effects, count, _ = data
     xp = namespace(observed, jacobian, effects)
     part = projected(observed, jacobian, effects)
     strongest = xp.max(part.lengths) ** 2

@@ -27,6 +27,7 @@ from jaxtyping import Bool, Float
 from impactjax._fit.determined import determined
 from impactjax._fit.quantiles import bisected, chi_squared_above, student
 from impactjax._known import AnyArray, namespace
+from impactjax._problem.prior import PriorRows
 
 Vector = Float[AnyArray, " observations"]
 Jacobian = Float[AnyArray, "observations parameters"]
@@ -68,6 +69,16 @@ class Observed(NamedTuple):
     effects: Effects
     count: Number
     own: OwnNoise
+
+    def with_prior(self, prior: PriorRows, variance: Number) -> "Observed":
+        """The observations with prior knowledge, in units of noise of a variance, as more rows."""
+        xp = namespace(self)
+        size, more = xp.sqrt(variance), prior.deviations.shape[0]
+        return self._replace(
+            observed=xp.concatenate([self.observed, -size * prior.deviations]),
+            jacobian=xp.concatenate([self.jacobian, size * prior.slopes]),
+            effects=xp.pad(self.effects, ((0, more), (0, 0))),
+        )
 
 
 class MixedModel(NamedTuple):

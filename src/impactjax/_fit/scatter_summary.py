@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.linear_scatter import Around, Effects, Mask, Step, Vector, counted
 from impactjax._fit.marginal_likelihood import marginal_likelihood
-from impactjax._fit.mixed_model import whitened
+from impactjax._fit.mixed_model import Observed, OwnNoise, whitened
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.straight import straight
 from impactjax._fit.uncertainty import holding_both, verdicts, within_ranges
@@ -108,8 +108,9 @@ def likelihood(problem: Problem, point: Around, logs: Effects) -> AnyArray:
     observed = point.effects @ logs - point.residuals
     count, variance = counted(problem, observed), problem.variance()
     known_variance = None if variance is None else known(variance)
-    data = observed, point.jacobian, point.effects
-    return marginal_likelihood(*data, count, known_variance, point.prior)
+    none = OwnNoise(0 * count, 0 * count)
+    data = Observed(observed, point.jacobian, point.effects, count, none)
+    return marginal_likelihood(data, known_variance, point.prior)
 
 
 def _ratio(errors: Vector, before: Vector) -> Vector:
