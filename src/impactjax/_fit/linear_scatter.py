@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from impactjax._fit.evaluation import Evaluate, answer_at
+from impactjax._fit.informed_model import informed
 from impactjax._fit.mixed_model import MixedModel, Observed, OwnNoise, mixed_model
 from impactjax._fit.straight import straight
 from impactjax._known import AnyArray, is_known, known, namespace
@@ -25,7 +26,6 @@ from impactjax._simulate.impact_log import ImpactLog
 _CERTAIN = 1e8  # degrees of freedom that stand for a known variance
 _LOST = 1e-10  # relative singular value of a direction without information
 _ENDS = 3  # times that parameters which leave their range are stopped at its end
-_WEIGHINGS = 3  # times that prior knowledge is weighed against the noise
 _INSIDE = 1e-12  # distance from an end that a range excludes
 
 Vector = Float[AnyArray, " parameters"]
@@ -157,27 +157,10 @@ def _ends(problem: Problem, values: Vector) -> tuple[Vector, Vector]:
 
 
 def solved(problem: Problem, point: Around, logs: Effects) -> MixedModel:
-    """The mixed model around a point, in changes of the parameters.
-
-    Prior knowledge is weighed against the noise of the model, in turn until both rest. It takes the
-    place of observations as far as it tells parameters that these do not tell.
-    """
+    """The mixed model around a point, in changes of the parameters."""
     data, prior = _observed(problem, point, logs), point.prior
     model = mixed_model(data)
-    if not prior.deviations.shape[0]:
-        return model
-    data = data._replace(count=data.count + _told_before(model, prior))
-    for _ in range(_WEIGHINGS):
-        model = mixed_model(data.with_prior(prior, model.noise))
-    return model
-
-
-def _told_before(model: MixedModel, prior: PriorRows) -> AnyArray:
-    """Number of parameters that prior knowledge tells, from the model without it."""
-    xp = namespace(model)
-    variances = xp.einsum("ki,ij,kj->k", prior.slopes, model.covariance, prior.slopes)
-    untold = xp.any((prior.slopes != 0) & ~model.determined, axis=1)
-    return xp.sum(xp.where(untold, 1.0, variances / (1 + variances)))
+    return informed(data, model, prior) if prior.deviations.shape[0] else model
 
 
 def _observed(problem: Problem, point: Around, logs: Effects) -> Observed:

@@ -39,7 +39,7 @@ RATIOS, _WIDE = 48, 96  # points of the grid, and of the wider one from which it
 BELOW, BEYOND = 1e4, 1e16  # factors by which that extends beyond ratios 1/strongest, 1/weakest
 _NEGLIGIBLE = 1e-7  # relative density at the ends of the grid
 _LOST = 1e-9  # part of the random effects beside the parameters that counts as none, relative
-_UNTOLD = 1e-9  # that of a direction of the parameters without information
+UNTOLD = 1e-9  # that of a direction of the parameters without information
 _MEDIAN = 0.5
 _UNLIKELY = 1e-9  # relative weight of a ratio that does not matter
 _FARTHEST = 13.0  # more than the 97.5 % quantile of Student's t with one degree of freedom
@@ -263,7 +263,7 @@ def projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> Project
     norms = xp.linalg.norm(jacobian, axis=0)
     norms = xp.where(norms > 0, norms, 1.0)
     basis, lengths, directions = xp.linalg.svd(jacobian / norms, full_matrices=False)
-    felt = lengths > _UNTOLD * xp.max(lengths)
+    felt = lengths > UNTOLD * xp.max(lengths)
     known = determined(directions, felt) & xp.any(jacobian != 0, axis=0)
     inverse = directions.T * xp.where(felt, 1 / xp.where(felt, lengths, 1.0), 0.0) / norms[:, None]
     basis = xp.where(felt, basis, 0.0)
