@@ -198,8 +198,8 @@ def test_scatter_from_impact_to_impact_beside_a_prior(sigma):
         change = np.asarray(getattr(vague, name)) - np.asarray(getattr(plain, name))
         assert np.max(np.abs(change) / np.asarray(plain.standard_errors)) < 1e-4
         change = np.asarray(getattr(sharp, name))[1:] - np.asarray(getattr(fixed, name))
-        # Student's distribution has not exactly the degrees of freedom of the smaller model.
-        assert np.max(np.abs(change) / np.asarray(fixed.standard_errors)) < 0.1
+        # Of eight times: the degrees of freedom are not exactly those of the smaller model.
+        assert np.max(np.abs(change) / np.asarray(fixed.standard_errors)) < 0.2
     assert sharp.scatter is not None
     assert float(sharp.standard_error("r")) == pytest.approx(1e-8, rel=0.1)
 
