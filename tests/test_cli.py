@@ -136,6 +136,7 @@ def test_fit_json_parameter_schema(found):
             "assumed",
             "rests_on",
             "own",
+            "prior",
         }
         assert each["assumed"] == (name in ("mass", "gap"))
         if name in TRUTH or name == "cutoff":

@@ -88,7 +88,7 @@ def test_times_refuse_a_sensor_of_motion(sensor):
 
 
 def test_learn_refuses_what_it_does_not_use():
-    with pytest.raises(ValueError, match="fit_together"):
+    with pytest.raises(ValueError, match="leave out `priors`"):
         ij.learn(ball(priors={"r": ij.Normal(0.9, 0.01)}))
     with pytest.raises(ValueError, match="without scatter"):
         ij.learn(ball(scatter=ij.NormalScatter()))

@@ -10,7 +10,7 @@ import pytest
 from scipy import integrate, stats
 
 import impactjax as ij
-from impactjax._fit.mixed_model import OwnNoise, mixed_model, whitened
+from impactjax._fit.mixed_model import Observed, OwnNoise, mixed_model, whitened
 from tiers import mostly_thorough, quick, thorough
 
 GRAVITY, R, SPEED = 9.80665, 0.9, 3.0
@@ -113,7 +113,7 @@ def generalised(observed, jacobian, effects, ratio):
 def solved(arrays=np.asarray):
     observed, jacobian, effects = (arrays(x) for x in small_model())
     zero = 0.0 * observed[0]
-    return mixed_model(observed, jacobian, effects, zero + 9.0, OwnNoise(zero, zero))
+    return mixed_model(Observed(observed, jacobian, effects, zero + 9.0, OwnNoise(zero, zero)))
 
 
 @quick

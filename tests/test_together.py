@@ -230,12 +230,6 @@ def test_log_density_of_a_joint_problem_weighs_the_prior():
     np.testing.assert_allclose(found[0] - found[1], density(*one) - density(*other), rtol=1e-8)
 
 
-def test_fit_refuses_priors():
-    first = dataclasses.replace(experiments(True)[0], priors={"x0": ij.Normal(0.3, 0.01)})
-    with pytest.raises(ValueError, match="by `fit_together"):
-        ij.fit(first)
-
-
 def test_prior_of_a_single_experiment_counts():
     sigma = 0.01
     first = dataclasses.replace(experiments(True)[0], priors={"x0": ij.Normal(0.5, sigma)})

@@ -61,6 +61,7 @@ from impactjax._fit.scatter_found import Scatter as Scatter
 from impactjax._fit.score_test import HeldParameter as HeldParameter
 from impactjax._fit.starts import Starts as Starts
 from impactjax._fit.synthetic import synthetic as synthetic
+from impactjax._fit.used_prior import UsedPrior as UsedPrior
 from impactjax._fit.verdict import Verdict as Verdict
 from impactjax._hybrid.event_log import EventLog as EventLog
 from impactjax._hybrid.lane import Start as Start

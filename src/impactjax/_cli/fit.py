@@ -15,6 +15,7 @@ from impactjax._cli.options import (
     Force,
     Free,
     LossName,
+    Prior,
     Recordings,
     SidecarFile,
     SystemName,
@@ -46,6 +47,7 @@ def fit_command(
     sidecar: SidecarFile = None,
     free: Free = None,
     fix: Fix = None,
+    prior: Prior = None,
     loss: LossName = "squares",
     holdout: Annotated[
         float,
@@ -75,7 +77,7 @@ def fit_command(
         check_names(laws or [], system)
         oscillator = None if system is None else OSCILLATORS[system]()
         once = files_of(recordings)
-        said = options(free or [], fix or [], loss)
+        said = options(free or [], fix or [], loss, prior or [])
         surveys = [surveyed(path, sidecar, oscillator, laws, said) for path in once]
         if together and len(once) < 2:
             raise Refusal("--together needs at least two recordings.")

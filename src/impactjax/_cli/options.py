@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -16,6 +16,7 @@ from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.survey import Statements, Survey, survey
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._problem.loss import AbstractLoss, Squares
+from impactjax._problem.prior import Normal
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import read_recording
@@ -41,6 +42,14 @@ _FIX_HELP = (
 )
 Fix = Annotated[list[str] | None, typer.Option("--fix", metavar="NAME[=VALUE]", help=_FIX_HELP)]
 
+_PRIOR_HELP = (
+    "A parameter that was measured before, with its standard error, in SI units and radians. May "
+    "be given several times."
+)
+Prior = Annotated[
+    list[str] | None, typer.Option("--prior", metavar="NAME=VALUE,ERROR", help=_PRIOR_HELP)
+]
+
 _LOSS_HELP = (
     f"Cost of a residual: {', '.join(LOSSES)}. SCALE is the size of a large one in the SI unit; by "
     "default twice the noise."
@@ -53,11 +62,14 @@ _USUAL_SCALE = 2.0  # in standard deviations of the noise
 
 
 class Options(NamedTuple):
-    """Options of a fit: names to free, values to fix (`None` where a search starts), and a loss."""
+    """Options of a fit: names to free, values to fix (`None` where a search starts), prior
+    knowledge, and a loss.
+    """
 
     free: tuple[str, ...]
     fixed: dict[str, float | None]
     loss: str = "squares"
+    priors: Mapping[str, Normal] = {}
 
     def loss_for(self, recording: AbstractRecording) -> AbstractLoss:
         """The loss, with a scale that follows from the noise of a recording unless it was given.
@@ -73,7 +85,9 @@ class Options(NamedTuple):
         return LOSSES[name](size)
 
 
-def options(free: Sequence[str], fix: Sequence[str], loss: str = "squares") -> Options:
+def options(
+    free: Sequence[str], fix: Sequence[str], loss: str = "squares", prior: Sequence[str] = ()
+) -> Options:
     """Options from their texts. Raises `Refusal`."""
     name, equals, scale = loss.partition("=")
     try:
@@ -83,7 +97,7 @@ def options(free: Sequence[str], fix: Sequence[str], loss: str = "squares") -> O
     if equals and (name == "squares" or not _number("--loss", loss, scale) > 0):
         remedy = "has no scale" if name == "squares" else "needs a scale greater than 0"
         raise Refusal(f"the loss `{name}` {remedy}.")
-    return Options(tuple(free), dict(_fixed(text) for text in fix), loss)
+    return Options(tuple(free), dict(_fixed(text) for text in fix), loss, _priors(prior))
 
 
 def files_of(recordings: Sequence[Path]) -> list[Path]:
@@ -118,7 +132,8 @@ def surveyed(
     """The survey of a recording with what the options say. Raises `FileError` or `Refusal`."""
     try:
         file = read_recording(path, sidecar)
-        return survey(file, Statements(oscillator, laws, fixed=said.fixed, free=said.free))
+        told = Statements(oscillator, laws, None, said.fixed, {}, said.free, said.priors)
+        return survey(file, told)
     except FileError:
         raise
     except ValueError as error:
@@ -132,6 +147,23 @@ def _fixed(text: str) -> tuple[str, float | None]:
     if (name, value) == _NO_LOW_PASS:
         return name, math.inf
     return name, _number("--fix", text, value) if equals else None
+
+
+def _priors(texts: Sequence[str]) -> dict[str, Normal]:
+    """Prior knowledge from the texts of the option. Raises `Refusal`."""
+    found: dict[str, Normal] = {}
+    for text in texts:
+        parts = re.fullmatch(r"(\w+)=([^,]*),([^,]*)", text)
+        if parts is None:
+            raise Refusal(f"`{text}` is not NAME=VALUE,ERROR.")
+        name, *numbers = parts.groups()
+        value, error = (_number("--prior", text, number.strip()) for number in numbers)
+        if not error > 0:
+            raise Refusal(f"the error in --prior `{text}` must be greater than 0.")
+        if name in found:
+            raise Refusal(f"`{name}` has two priors; combine them to one.")
+        found[name] = Normal(value, error)
+    return found
 
 
 def _number(option: str, text: str, value: str) -> float:

@@ -15,7 +15,6 @@ from impactjax._fit.fit import check_search
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
-from impactjax._problem.checks import check_no_priors
 from impactjax._problem.experiment import Experiment
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._refusal import check_kind
@@ -117,7 +116,6 @@ def _check(experiments: Mapping[str, Experiment]) -> None:
     first: Experiment | None = None
     for name, each in experiments.items():
         check_kind(f"experiments[{name!r}]", each, Experiment, "Experiment(model, recording, ...)")
-        check_no_priors(each)
         first = first or each
         if not _same(first, each):
             raise ValueError(

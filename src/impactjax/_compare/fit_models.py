@@ -100,12 +100,14 @@ def _special_cases(
 
 def _is_worse(estimate: Estimate[Problem], special: Estimate[Problem]) -> bool:
     """True if an estimate describes the record worse than one of its special cases. Residuals with
-    scatter are those after all expected deviations, so that the likelihood decides. A model without
-    scatter has no special case with it.
+    scatter are those after all expected deviations, and prior knowledge is none of them: then the
+    likelihood decides. A model without scatter has no special case with it, nor one with prior
+    knowledge of other parameters.
     """
-    if estimate.scatter is None and special.scatter is not None:
+    other = estimate.problem.priors.keys() != special.problem.priors.keys()
+    if other or (estimate.scatter is None and special.scatter is not None):
         return False
-    if estimate.scatter is not None:
+    if estimate.scatter is not None or estimate.problem.priors:
         return not _deviance(estimate) <= _deviance(special) + _LINEARISED
     return not float(estimate.rms) <= (1 + _ROUNDING) * float(special.rms)
 

@@ -55,7 +55,8 @@ def prediction(
     fitted have their expected deviations; later ones follow the law.
     """
     unseen = np.asarray(recording.valid) & ~np.asarray(estimate.problem.valid)
-    problem = eqx.tree_at(lambda each: each.recording, estimate.problem, recording).padded()
+    whole = eqx.tree_at(lambda each: each.recording, estimate.problem, recording)
+    problem = whole.padded().of_record()
     if estimate.scatter is not None:
         problem = problem.scattered(jnp.asarray(estimate.scatter.logarithms))
     u, parts = problem.coordinates(np.asarray(estimate.values)), problem.parts(optimiser.horizons)

@@ -22,7 +22,8 @@ from impactjax._model.law import AbstractForceLaw
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.separation import AbstractSeparation, AtZeroForce
 from impactjax._problem.experiment import Experiment
-from impactjax._problem.parameters import handles, replaced
+from impactjax._problem.parameters import Handle, handles, replaced
+from impactjax._problem.prior import Normal
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.read_recording import RecordingFile
 from impactjax._sensor.sensor import Sensor
@@ -67,6 +68,7 @@ def prepare(
     fixed: Mapping[str, float | None] = {},
     start: Mapping[str, float] = {},
     free: Sequence[str] = (),
+    priors: Mapping[str, Normal] = {},
 ) -> Prepared:
     """Experiments for some laws on a recording, as the command `impactjax fit` makes them.
 
@@ -86,11 +88,13 @@ def prepare(
       `None` holds a parameter where the search would start.
     - `start`: starting values by name, instead of those of the first look.
     - `free`: names of parameters to fit although they are usually known.
+    - `priors`: prior knowledge of parameters, by name, which are then fitted; a law that does not
+      have a parameter ignores it.
 
     **Raises** `FileError` for a file or sidecar that cannot be read, `ValueError` for a name that
     no law has, a value out of range and an oscillator that does not suit the recording.
     """
-    said = Statements(oscillator, laws, sensor, fixed, start, free)
+    said = Statements(oscillator, laws, sensor, fixed, start, free, priors)
     return prepared(survey(record, said))
 
 
@@ -198,7 +202,7 @@ def _experiment(
     model = with_law(look, law, setup.upper, setup.separation)
     system = System(model, look.initial, Start(0.0), setup.sensor)
     known = handles(system)
-    stated = {name: value for name, value in setup.start.items() if name in known}
+    stated = _stated(setup, known)
     begun = replaced(system, tuple(stated), tuple(stated.values()))
     measured = {
         name: value
@@ -216,5 +220,18 @@ def _experiment(
         begun.sensor,
         fixed=fixed,
         free=[name for name in setup.free if name in known],
+        priors={name: prior for name, prior in setup.priors.items() if name in known},
         simulation=step_budget(recording, look, model),
     )
+
+
+def _stated(setup: Setup, known: Mapping[str, Handle]) -> dict[str, float]:
+    """The stated starting values; those of parameters that a record seldom tells are the means of
+    their priors.
+    """
+    means = {
+        name: float(prior.mean)
+        for name, prior in setup.priors.items()
+        if name in known and known[name].allowed.known and known[name].allowed.holds(prior.mean)
+    }
+    return means | {name: value for name, value in setup.start.items() if name in known}

@@ -20,6 +20,7 @@ from impactjax._compare.typical_systems import Law, Upper
 from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.separation import AbstractSeparation
+from impactjax._problem.prior import Normal
 from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import RecordingFile
 from impactjax._record.sidecar import SensorTable, Sidecar
@@ -39,6 +40,7 @@ class Setup(NamedTuple):
     - `held`: names of parameters that keep their starting values.
     - `start`: starting values by name, instead of those of the first look.
     - `free`: names of parameters to fit although they are usually known.
+    - `priors`: prior knowledge by name; a law that does not have a parameter ignores it.
     - `laws`: laws to try; `None` if they follow from the recording.
     - `separation`: rule for the end of a contact; `None` for each law's own.
     - `upper`: second stop; none if `None`.
@@ -52,6 +54,7 @@ class Setup(NamedTuple):
     held: Sequence[str] = ()
     start: Mapping[str, float] = {}
     free: Sequence[str] = ()
+    priors: Mapping[str, Normal] = {}
     laws: Sequence[Law] | None = None
     separation: AbstractSeparation | None = None
     upper: Upper | None = None

@@ -22,6 +22,7 @@ from impactjax._compare.typical_systems import Law
 from impactjax._compare.unstated_sensor import with_named_low_pass
 from impactjax._first_look.first_look import FirstLook
 from impactjax._model.oscillator import AbstractOscillator
+from impactjax._problem.prior import Normal
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.read_recording import RecordingFile, count_of, read_recording
 from impactjax._refusal import check_kind
@@ -56,13 +57,19 @@ class Statements(NamedTuple):
     fixed: Mapping[str, float | None] = {}
     start: Mapping[str, float] = {}
     free: Sequence[str] = ()
+    priors: Mapping[str, Normal] = {}
 
 
 def survey(
     record: str | Path | RecordingFile | AbstractRecording, said: Statements = Statements()
 ) -> Survey:
     """Survey of a recording; errors are those of `prepare`."""
-    oscillator, laws, sensor, fixed, start, free = said
+    oscillator, laws, sensor, fixed, start, free, priors = said
+    for name, prior in priors.items():
+        check_kind("priors", prior, Normal, "Normal(0.071, 0.001)")
+        if name in fixed:
+            raise ValueError(f"`{name}` is in both `priors` and `fixed`.")
+    free = [*dict.fromkeys([*free, *priors])]
     for law in laws or ():
         check_law(law)
     if oscillator is not None:
@@ -80,7 +87,7 @@ def survey(
         recording, notes = _without_outliers(record)
         name, chosen, told = "recording", False, set()
         setup = Setup(oscillator or OSCILLATORS[record.usual_oscillator](), Sensor(), laws=laws)
-    setup = _with_arguments(setup, sensor, fixed, start, free)
+    setup = _with_arguments(setup, sensor, fixed, start, free)._replace(priors=priors)
     setup = with_named_low_pass(recording, setup)
     arguments = {*fixed, *start, *free}
     told |= arguments | ({*WHERE, "cutoff"} if sensor is not None else set())

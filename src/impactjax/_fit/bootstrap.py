@@ -48,7 +48,8 @@ def bootstrap(
     Each replicate is the fitted motion plus random noise. The noise has the variance of the
     residuals and the correlation given by the estimate's `noise`; it is independent and has the
     sensor's variance if that is known. Each replicate is fitted again, starting from the estimate.
-    No linearisation is involved, but the law is assumed to be true. All fits form one batch.
+    No linearisation is involved, but the law is assumed to be true. Prior knowledge is drawn anew
+    around the estimate. All fits form one batch.
 
     **Arguments:**
 
@@ -95,6 +96,7 @@ def _refits(
 
     def refit(key: Key[Array, ""]) -> tuple[Vector, Bool[Array, ""]]:
         drawn = simulated(problem, estimate.residuals, key)
+        drawn = drawn.remeasured(estimate.values, jax.random.fold_in(key, 1))
         active = jnp.ones((1, start.shape[0]), bool)
         minimum = Search().minima(drawn, optimiser, Searches(start[None], active, parts))
         return problem.at(minimum.u[0]), minimum.converged[0]

@@ -13,6 +13,7 @@ from impactjax._fit.estimate_tables import as_dataframe, as_html, as_xarray
 from impactjax._fit.fitted_parameter import FittedParameter
 from impactjax._fit.reason import Reason, reasons
 from impactjax._fit.scatter_found import Scatter
+from impactjax._fit.used_prior import UsedPrior, prior_words
 from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, known
 from impactjax._number_format import interval, with_error
@@ -91,6 +92,7 @@ class Estimate(eqx.Module, Generic[P]):
 
     def of(self, problem: P) -> "Estimate[P]":
         """The estimate of the unpadded problem; the rows of this one end with padding."""
+        problem = problem.weighed(self.problem.prior_weight())
         count = problem.valid.shape[-1]
         if count == self.residuals.shape[-1]:
             return dataclasses.replace(self, problem=problem)
@@ -179,6 +181,15 @@ class Estimate(eqx.Module, Generic[P]):
         )
 
     @property
+    def priors(self) -> dict[str, UsedPrior]:
+        """Prior knowledge that a single fit used, by the parameter's name."""
+        known, found = self.problem.known_before(), {}
+        for name, prior in known.items():
+            own, mean, sigma = self[name], float(prior.mean), float(prior.sigma)
+            found[name] = UsedPrior(name, own.unit, mean, sigma, own.value, own.standard_error)
+        return found
+
+    @property
     def parameters(self) -> list[FittedParameter]:
         """All fitted parameters of a single fit."""
         return [self[name] for name in self.names]
@@ -250,10 +261,10 @@ class Estimate(eqx.Module, Generic[P]):
                 f"{int(self.converged.sum())} converged, {int(self.usable.sum())} of them describe "
                 "their record"
             )
-        resting = _resting(self)
+        resting, priors = _resting(self), self.priors
         lines = [
             f"{name}{_between(self.quoted(name))}{'' if unit == '1' else f' {unit}'} "
-            f"({self.verdict(name)}{given_words(resting.get(name))})"
+            f"({self.verdict(name)}{given_words(resting.get(name))}{prior_words(priors.get(name))})"
             for name, unit in zip(self.names, self.units, strict=True)
         ]
         scatter = [] if self.scatter is None else [str(self.scatter)]

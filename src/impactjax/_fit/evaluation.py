@@ -52,7 +52,7 @@ def answer_at(
     """Residuals and Jacobian of a problem at natural values, by the program of searches."""
     u = jnp.asarray(problem.coordinates(known(values)))
     parts = jnp.asarray(problem.parts(LevenbergMarquardt().horizons))
-    return by(problem, u, parts, jnp.asarray(logged)).answer
+    return by(problem.of_record(), u, parts, jnp.asarray(logged)).answer
 
 
 def side_by_side(function: Callable[[Vector], T], places: Lanes) -> list[T]:

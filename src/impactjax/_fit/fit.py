@@ -11,13 +11,12 @@ from impactjax._fit.evaluation import Lanes
 from impactjax._fit.scatter import with_scatter
 from impactjax._fit.search import Search, Searches, lowest
 from impactjax._fit.starts import Starts
-from impactjax._fit.uncertainty import summarise
+from impactjax._fit.uncertainty import noise_variance, summarise
 from impactjax._known import AnyArray, is_known, namespace
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._optimise.linearisation import Vector
 from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._problem.build_problem import build_problem
-from impactjax._problem.checks import check_no_priors
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
 from impactjax._refusal import check_kind
@@ -36,6 +35,11 @@ def fit(
 ) -> Estimate[Problem]:
     """Least-squares fit of a simulated to a recorded motion, with exact Jacobians.
 
+    Prior knowledge of parameters counts as measurements of them: the sum of squares grows by
+    s² Σ ((p − mean)/sigma)², with the variance s² of the residuals. That is the known one, or S/ν
+    for the sum of squares S and the degrees of freedom ν of the fit, so that correlated residuals
+    count by their effective number.
+
     Works under `jit` and `vmap`, over whole experiments or parts of them.
 
     **Arguments:**
@@ -50,7 +54,6 @@ def fit(
     """
     check_search(starts, optimiser)
     check_kind("experiment", experiment, Experiment, "Experiment(model, recording, initial)")
-    check_no_priors(experiment)
     return solve(build_problem(experiment), starts, optimiser)
 
 
@@ -100,15 +103,24 @@ def best_from(
         minima = jax.tree.map(_with_last, minima, more)
     best, costs = lowest(minima), minima.cost
     if several or not moving.all():
-        close = dataclasses.replace(optimiser, damping=_CLOSE * optimiser.damping)
         places = _with_faded(problem, best.u)
         moves = np.ones(places.shape, bool)
-        last = lowest(search.minima(problem, close, Searches(places, moves, whole)))
+        close = Searches(places, moves, whole)
+        last = lowest(search.minima(problem, _closely(optimiser), close))
         last = jax.tree.map(lambda x: x[None], last)
         last = last._replace(iterations=last.iterations + best.iterations)
         costs = namespace(costs).where(costs == best.cost, last.cost, costs)
         minima = last
-    return summarise(problem, search.best_of(problem, minima, parts), costs).of(own)
+    best = search.best_of(problem, minima, parts)
+    estimate = summarise(problem, best, costs)
+    if problem.weighs_anew:
+        problem = problem.weighed(noise_variance(estimate))
+        moves = np.ones((1, len(problem.names)), bool)
+        again = search.minima(problem, _closely(optimiser), Searches(best.u[None], moves, whole))
+        again = again._replace(iterations=again.iterations + best.iterations)
+        costs = costs + (again.cost - best.cost)  # the lowest one stays that of the estimate
+        estimate = summarise(problem, search.best_of(problem, again, parts), costs)
+    return estimate.of(own)
 
 
 def _with_faded(problem: AbstractProblem, u: Vector) -> Lanes:
@@ -118,6 +130,11 @@ def _with_faded(problem: AbstractProblem, u: Vector) -> Lanes:
         return u[None]
     vanished = xp.asarray([each.low for each in problem.limits()], u.dtype)
     return xp.stack([u, xp.where(fades, vanished, u)])
+
+
+def _closely(optimiser: LevenbergMarquardt) -> LevenbergMarquardt:
+    """Settings of searches that start close to the minimum."""
+    return dataclasses.replace(optimiser, damping=_CLOSE * optimiser.damping)
 
 
 def _roughly(optimiser: LevenbergMarquardt) -> LevenbergMarquardt:

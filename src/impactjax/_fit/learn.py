@@ -13,7 +13,7 @@ from impactjax._fit.learned import Learned, Numbers, Task, Where, no_weights, pl
 from impactjax._optimise.gradient_descent import History, begin, step
 from impactjax._problem.abstract_problem import Answer
 from impactjax._problem.build_problem import pose
-from impactjax._problem.checks import check_declared, check_no_priors
+from impactjax._problem.checks import check_declared
 from impactjax._problem.experiment import Experiment
 from impactjax._refusal import check_kind
 from impactjax._types import Flag, Scalar
@@ -77,7 +77,8 @@ def learn(
         if count < 1:
             raise ValueError(f"Argument `{name}` must be at least 1, but it is {count}.")
     check_kind("experiment", experiment, Experiment, "Experiment(model, recording, initial)")
-    check_no_priors(experiment)
+    if experiment.priors:
+        raise ValueError("`learn` minimises the residuals only: leave out `priors`.")
     if experiment.scatter is not None and experiment.scatter.scatters:
         raise ValueError("`learn` finds a law without scatter: leave out `scatter`.")
     problem = pose(experiment)

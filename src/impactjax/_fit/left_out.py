@@ -187,7 +187,7 @@ def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[Candid
 def _column(estimate: Estimate[Problem], handle: Handle, evaluated: Evaluate) -> Column | None:
     """Derivative of the residuals by a held parameter; `None` if the record does not show it."""
     problem, allowed = estimate.problem, handle.allowed
-    padded, held = problem.padded(), handle.get(problem.system)
+    padded, held = problem.padded().of_record(), handle.get(problem.system)
     u = jnp.asarray(problem.coordinates(known(estimate.values)))
     parts, no = jnp.asarray(padded.parts(LevenbergMarquardt().horizons)), jnp.zeros((), bool)
     count = problem.valid.shape[-1]

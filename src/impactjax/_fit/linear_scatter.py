@@ -14,10 +14,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from impactjax._fit.evaluation import Evaluate, answer_at
-from impactjax._fit.mixed_model import MixedModel, OwnNoise, mixed_model
+from impactjax._fit.informed_model import informed
+from impactjax._fit.mixed_model import MixedModel, Observed, OwnNoise, mixed_model
 from impactjax._fit.straight import straight
 from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._problem.abstract_problem import Answer
+from impactjax._problem.prior import PriorRows
 from impactjax._problem.problem import Problem
 from impactjax._simulate.impact_log import ImpactLog
 
@@ -38,12 +40,14 @@ class Around(NamedTuple):
     - `residuals`, `impacts`: at the point.
     - `jacobian`: derivatives by straight coordinates of the parameters.
     - `effects`: derivatives by the logarithms of the factors.
+    - `prior`: prior knowledge, with its derivatives by the same coordinates.
     """
 
     residuals: Float[AnyArray, " observations"]
     jacobian: Float[AnyArray, "observations parameters"]
     effects: Float[AnyArray, "observations impacts"]
     impacts: ImpactLog
+    prior: PriorRows
 
     def exists(self) -> bool:
         """True if all numbers are finite."""
@@ -53,7 +57,16 @@ class Around(NamedTuple):
     def without(self, held: Mask) -> "Around":
         """The model in which some parameters do not change."""
         xp = namespace(self.jacobian)
-        return self._replace(jacobian=xp.where(held, 0.0, self.jacobian))
+        slopes = xp.where(held, 0.0, self.prior.slopes)
+        jacobian = xp.where(held, 0.0, self.jacobian)
+        return self._replace(jacobian=jacobian, prior=self.prior._replace(slopes=slopes))
+
+    def moved(self, move: Vector) -> "Around":
+        """The model around other values of the parameters."""
+        residuals = self.residuals + self.jacobian @ move
+        deviations = self.prior.deviations + self.prior.slopes @ move
+        prior = self.prior._replace(deviations=deviations)
+        return self._replace(residuals=residuals, prior=prior)
 
 
 def around(problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate) -> Around:
@@ -63,6 +76,8 @@ def around(problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate) 
     """
     axes, count = straight(problem), logs.shape[0]
     own = axes.turned(values)
+    slopes, prior = axes.slopes(own), problem.prior_rows(own)
+    prior = prior._replace(slopes=prior.slopes * slopes)
     directions = jnp.eye(problem.impacts, count, dtype=values.dtype).T
 
     def at(direction: Direction) -> tuple[AnyArray, AnyArray, AnyArray, ImpactLog]:
@@ -74,13 +89,13 @@ def around(problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate) 
     if not is_known((problem, values)):
         residuals, jacobian, effects, impacts = jax.lax.map(at, directions)
         residuals, jacobian, impacts = jax.tree.map(lambda x: x[0], (residuals, jacobian, impacts))
-        return Around(residuals, jacobian * axes.slopes(own), effects.T, impacts)
+        return Around(residuals, jacobian * slopes, effects.T, impacts, prior)
     residuals, jacobian, effect, impacts = known(at(directions[0]))
     happen = max(min(int(impacts.count), count), 1)
     others = [at(directions[i])[2] for i in range(1, happen)]  # dispatched before the first is read
     none = [np.zeros_like(effect)] * (count - happen)
     effects = np.stack([effect, *known(others), *none], axis=1)
-    return Around(residuals, jacobian * axes.slopes(own), effects, impacts)
+    return Around(residuals, jacobian * slopes, effects, impacts, prior)
 
 
 def residuals_at(
@@ -129,8 +144,7 @@ def step_from(problem: Problem, point: Around, values: Vector, logs: Effects) ->
         if is_known((values, stopped)) and not np.any(beyond):
             break
         fixed = xp.where(stopped, move, 0.0)
-        left = point._replace(residuals=point.residuals + point.jacobian @ fixed)
-        model = solved(problem, left.without(stopped), logs)
+        model = solved(problem, point.moved(fixed).without(stopped), logs)
     move = xp.clip(values + xp.where(stopped, move, model.value), low, high) - values
     return Step(model, move, model.effect, stopped, unlimited)
 
@@ -144,15 +158,22 @@ def _ends(problem: Problem, values: Vector) -> tuple[Vector, Vector]:
 
 def solved(problem: Problem, point: Around, logs: Effects) -> MixedModel:
     """The mixed model around a point, in changes of the parameters."""
+    data, prior = _observed(problem, point, logs), point.prior
+    model = mixed_model(data)
+    return informed(data, model, prior) if prior.deviations.shape[0] else model
+
+
+def _observed(problem: Problem, point: Around, logs: Effects) -> Observed:
+    """The record as a mixed model has it."""
     observed = point.effects @ logs - point.residuals
     variance = problem.variance()
     if variance is None and not problem.recording.observes_impacts:
-        return mixed_model(*_whitened(problem, observed, point))
+        return _whitened(problem, observed, point)
     zero = namespace(observed).zeros_like(observed[0])
     own = OwnNoise(zero, zero)
     if variance is not None:
         own = OwnNoise(zero + _CERTAIN, _CERTAIN * known(variance))
-    return mixed_model(observed, point.jacobian, point.effects, counted(problem, observed), own)
+    return Observed(observed, point.jacobian, point.effects, counted(problem, observed), own)
 
 
 def counted(problem: Problem, like: AnyArray) -> AnyArray:
@@ -160,17 +181,13 @@ def counted(problem: Problem, like: AnyArray) -> AnyArray:
     return namespace(like).sum(known(problem.valid)).astype(like.dtype)
 
 
-def _whitened(
-    problem: Problem, observed: AnyArray, point: Around
-) -> tuple[AnyArray, AnyArray, AnyArray, AnyArray, OwnNoise]:
+def _whitened(problem: Problem, observed: AnyArray, point: Around) -> Observed:
     found = _white(problem, observed, point.jacobian, point.effects)
     return known(found) if is_known(found) else found
 
 
 @eqx.filter_jit
-def _white(
-    problem: Problem, observed: AnyArray, jacobian: AnyArray, effects: AnyArray
-) -> tuple[AnyArray, AnyArray, AnyArray, AnyArray, OwnNoise]:
+def _white(problem: Problem, observed: AnyArray, jacobian: AnyArray, effects: AnyArray) -> Observed:
     """A recorded motion along the directions of parameters and scatter, in units of its noise.
 
     The noise model of the problem gives the covariance of the noise along these directions, from
@@ -193,5 +210,5 @@ def _white(
     def white(columns: AnyArray) -> AnyArray:
         return jax.scipy.linalg.solve_triangular(root, axes.T @ columns, lower=True)
 
-    columns = (white(x) for x in (observed, jacobian, effects))
-    return *columns, p, OwnNoise(freedom, freedom)
+    own = OwnNoise(freedom, freedom)
+    return Observed(white(observed), white(jacobian), white(effects), p, own)

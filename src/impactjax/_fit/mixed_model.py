@@ -27,6 +27,7 @@ from jaxtyping import Bool, Float
 from impactjax._fit.determined import determined
 from impactjax._fit.quantiles import bisected, chi_squared_above, student
 from impactjax._known import AnyArray, namespace
+from impactjax._problem.prior import PriorRows
 
 Vector = Float[AnyArray, " observations"]
 Jacobian = Float[AnyArray, "observations parameters"]
@@ -34,11 +35,11 @@ Effects = Float[AnyArray, "observations effects"]
 Number = Float[AnyArray, ""]
 PerRatio = Float[AnyArray, " ratios"]
 
-_RATIOS, _WIDE = 48, 96  # points of the grid, and of the wider one from which it is chosen
-_BELOW, _BEYOND = 1e4, 1e16  # factors by which that extends beyond ratios 1/strongest, 1/weakest
+RATIOS, _WIDE = 48, 96  # points of the grid, and of the wider one from which it is chosen
+BELOW, BEYOND = 1e4, 1e16  # factors by which that extends beyond ratios 1/strongest, 1/weakest
 _NEGLIGIBLE = 1e-7  # relative density at the ends of the grid
 _LOST = 1e-9  # part of the random effects beside the parameters that counts as none, relative
-_UNTOLD = 1e-9  # that of a direction of the parameters without information
+UNTOLD = 1e-9  # that of a direction of the parameters without information
 _MEDIAN = 0.5
 _UNLIKELY = 1e-9  # relative weight of a ratio that does not matter
 _FARTHEST = 13.0  # more than the 97.5 % quantile of Student's t with one degree of freedom
@@ -53,6 +54,31 @@ class OwnNoise(NamedTuple):
 
     freedom: Number
     squares: Number
+
+
+class Observed(NamedTuple):
+    """Observations of a linear mixed model.
+
+    - `observed`, `jacobian`, `effects`: z, J and A; rows of zeros do not count.
+    - `count`: number of the rows that count.
+    - `own`: knowledge of the noise from elsewhere; zeros for none.
+    """
+
+    observed: Vector
+    jacobian: Jacobian
+    effects: Effects
+    count: Number
+    own: OwnNoise
+
+    def with_prior(self, prior: PriorRows, variance: Number) -> "Observed":
+        """The observations with prior knowledge, in units of noise of a variance, as more rows."""
+        xp = namespace(self)
+        size, more = xp.sqrt(variance), prior.deviations.shape[0]
+        return self._replace(
+            observed=xp.concatenate([self.observed, -size * prior.deviations]),
+            jacobian=xp.concatenate([self.jacobian, size * prior.slopes]),
+            effects=xp.pad(self.effects, ((0, more), (0, 0))),
+        )
 
 
 class MixedModel(NamedTuple):
@@ -97,6 +123,11 @@ class MixedModel(NamedTuple):
         """Geometric mean of λ."""
         xp = namespace(self.ratios)
         return xp.exp(self.weights @ xp.log(self.ratios))
+
+    @property
+    def noise(self) -> Number:
+        """Expectation of the variance σ² of the noise."""
+        return self.weights @ self.squares / self.freedom
 
     @property
     def expected_size(self) -> Number:
@@ -144,7 +175,7 @@ class MixedModel(NamedTuple):
         return xp.where(self.told, xp.where(lost > level, 0.0, size), nothing)
 
 
-class _Projected(NamedTuple):
+class Projected(NamedTuple):
     """Observations and random effects without the part that the parameters explain."""
 
     basis: Jacobian  # orthonormal basis of the parameters' columns
@@ -158,22 +189,14 @@ class _Projected(NamedTuple):
     determined: Bool[AnyArray, " parameters"]  # parameters without a component in a lost direction
 
 
-def mixed_model(
-    observed: Vector, jacobian: Jacobian, effects: Effects, count: Number, own: OwnNoise
-) -> MixedModel:
-    """The solution of z = J p + A u + e for each ratio of a grid.
-
-    **Arguments:**
-
-    - `observed`, `jacobian`, `effects`: z, J and A; rows of zeros do not count.
-    - `count`: number of the rows that count.
-    - `own`: knowledge of the noise from elsewhere; zeros for none.
-    """
+def mixed_model(data: Observed) -> MixedModel:
+    """The solution of z = J p + A u + e for each ratio of a grid."""
+    observed, jacobian, effects, count, own = data
     xp = namespace(observed, jacobian, effects)
     more = max(effects.shape[1] - effects.shape[0], 0)  # rows, so that all directions are found
     observed = xp.pad(observed, (0, more))
     jacobian, effects = (xp.pad(x, ((0, more), (0, 0))) for x in (jacobian, effects))
-    part = _projected(observed, jacobian, effects)
+    part = projected(observed, jacobian, effects)
     strengths = part.lengths**2
     felt = strengths > 0
     strongest = xp.max(strengths)
@@ -189,7 +212,7 @@ def mixed_model(
         prior = xp.log(1 - 1 / (1 + ratios * strongest)) - xp.log(1 + ratios * weakest) / 2
         return likelihood + prior, squares
 
-    wide = xp.linspace(-xp.log(_BELOW * strongest), xp.log(_BEYOND / weakest), _WIDE)
+    wide = xp.linspace(-xp.log(BELOW * strongest), xp.log(BEYOND / weakest), _WIDE)
     log_ratios = _around_the_peak(wide, log_posterior(wide)[0])
     ratios, (posterior, squares) = xp.exp(log_ratios), log_posterior(log_ratios)
     posterior = xp.exp(posterior - xp.max(posterior))
@@ -224,26 +247,7 @@ def _around_the_peak(
     likely = log_density > xp.max(log_density) + np.log(_NEGLIGIBLE)
     step = grid[1] - grid[0]
     low = xp.min(xp.where(likely, grid, grid[-1])) - step
-    return xp.linspace(low, xp.max(xp.where(likely, grid, grid[0])) + step, _RATIOS)
-
-
-def marginal_likelihood(
-    observed: Vector, jacobian: Jacobian, effects: Effects, count: Number, variance: Number | None
-) -> Number:
-    """Maximum over p, s and σ of the log-likelihood of a linear mixed model; over p and s if the
-    noise's variance is known.
-    """
-    xp = namespace(observed, jacobian, effects)
-    part = _projected(observed, jacobian, effects)
-    strongest = xp.max(part.lengths) ** 2
-    scale = xp.where(strongest > 0, strongest, 1.0)
-    ratios = xp.exp(xp.linspace(-np.log(_BELOW), np.log(_BEYOND), 4 * _RATIOS)) / scale
-    ratios = xp.concatenate([xp.zeros_like(ratios[:1]), ratios])[:, None]
-    squares = part.rest + xp.sum(part.parts**2 / (1 + ratios * part.lengths**2), axis=1)
-    whole = xp.linalg.svd(effects, compute_uv=False) ** 2
-    size = squares / count if variance is None else variance
-    determinant = xp.sum(xp.log(1 + ratios * whole), axis=1) + count * xp.log(2 * np.pi * size)
-    return xp.max(-(determinant + squares / size) / 2)
+    return xp.linspace(low, xp.max(xp.where(likely, grid, grid[0])) + step, RATIOS)
 
 
 def whitened(columns: Jacobian, effects: Effects, ratio: Number) -> Jacobian:
@@ -254,12 +258,12 @@ def whitened(columns: Jacobian, effects: Effects, ratio: Number) -> Jacobian:
     return columns + axes @ (shrunk[:, None] * (axes.T @ columns))
 
 
-def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Projected:
+def projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> Projected:
     xp = namespace(observed, jacobian, effects)
     norms = xp.linalg.norm(jacobian, axis=0)
     norms = xp.where(norms > 0, norms, 1.0)
     basis, lengths, directions = xp.linalg.svd(jacobian / norms, full_matrices=False)
-    felt = lengths > _UNTOLD * xp.max(lengths)
+    felt = lengths > UNTOLD * xp.max(lengths)
     known = determined(directions, felt) & xp.any(jacobian != 0, axis=0)
     inverse = directions.T * xp.where(felt, 1 / xp.where(felt, lengths, 1.0), 0.0) / norms[:, None]
     basis = xp.where(felt, basis, 0.0)
@@ -274,4 +278,4 @@ def _projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> _Proje
     left = beside(observed)
     parts = axes.T @ left
     rest = xp.sum((left - axes @ parts) ** 2)
-    return _Projected(basis, inverse, lengths, effect_axes.T, parts, rest, known)
+    return Projected(basis, inverse, lengths, effect_axes.T, parts, rest, known)

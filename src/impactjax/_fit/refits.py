@@ -203,8 +203,10 @@ def taken(points: Points, at: np.ndarray | Sequence[int]) -> Points:
 def refits_of(estimate: Estimate[P], optimiser: LevenbergMarquardt, search: Search) -> Refits:
     """Refits of an estimate."""
     lowest = float(np.nanmin(estimate.start_costs))
-    known = estimate.problem.variance()
+    known, weight = estimate.problem.variance(), estimate.problem.prior_weight()
     left = int(estimate.problem.observations) - len(estimate.names)
-    variance = 2 * lowest / left if known is None else float(known)
+    deviations = estimate.problem.prior_rows(np.asarray(estimate.values)).squares
+    squares = 2 * lowest - (0.0 if weight is None else float(weight * deviations))
+    variance = squares / left if known is None else float(known)
     ranges = tuple(estimate.problem.ranges())
     return Refits(estimate.problem.padded(), optimiser, search, lowest, variance, ranges)

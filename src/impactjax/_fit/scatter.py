@@ -4,7 +4,7 @@ The speed after impact i is that of the law times exp(s ξᵢ), with standard no
 (p, u) with uᵢ = s ξᵢ the residuals are linear in both, which is a linear mixed model. Its solution
 is the next point, or a point on the way to it that lowers
 
-    Σ residual²/σ² + Σ uᵢ²/s².
+    Σ residual²/σ² + Σ uᵢ²/s² + Σ ((p − mean)/sigma)² over the priors.
 
 Source: M. J. Lindstrom and D. M. Bates (1990), "Nonlinear mixed effects models for repeated
 measures data", Biometrics 46, 673, for the alternation of both steps.
@@ -154,13 +154,14 @@ def _moved(
     noise = max(np.sum(expected**2) / counted(problem, expected), np.finfo(values.dtype).tiny)
     size = step.model.expected_size
 
-    def cost(residuals: Residuals, effects: Effects) -> float:
-        return float(np.sum(residuals**2) / noise + np.sum((effects / size) ** 2))
+    def cost(residuals: Residuals, values: Vector, effects: Effects) -> float:
+        prior = problem.prior_rows(straight(problem).turned(values)).squares
+        return float(np.sum(residuals**2) / noise + np.sum((effects / size) ** 2) + prior)
 
-    most = cost(point.residuals, logs) + _SLACK
+    most = cost(point.residuals, values, logs) + _SLACK
     for share in _SHARES:
         moved, effects = values + share * step.move, logs + share * change
-        if cost(residuals_at(problem, moved, effects, evaluate), effects) <= most:
+        if cost(residuals_at(problem, moved, effects, evaluate), moved, effects) <= most:
             there = around(problem, moved, effects, evaluate)
             return (moved, effects, there) if there.exists() else None
     return None

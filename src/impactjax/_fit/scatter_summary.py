@@ -11,7 +11,8 @@ from jaxtyping import Bool, Float
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.linear_scatter import Around, Effects, Mask, Step, Vector, counted
-from impactjax._fit.mixed_model import marginal_likelihood, whitened
+from impactjax._fit.marginal_likelihood import marginal_likelihood
+from impactjax._fit.mixed_model import Observed, OwnNoise, whitened
 from impactjax._fit.scatter_found import Scatter
 from impactjax._fit.straight import straight
 from impactjax._fit.uncertainty import holding_both, verdicts, within_ranges
@@ -60,7 +61,10 @@ def summarised(estimate: Estimate[Problem], solution: Solution) -> Estimate[Prob
     """The estimate at a solution, from one without scatter. A parameter that was held keeps its
     error and an interval that holds its value.
     """
-    found = _found(estimate.problem, solution)
+    found, problem = _found(estimate.problem, solution), estimate.problem
+    if problem.recording.observes_impacts:
+        noise = jnp.asarray(solution.step.model.noise)
+        estimate = dataclasses.replace(estimate, problem=problem.weighed(noise))
     return _estimate(estimate, *jax.tree.map(jnp.asarray, (found, solution.point)))
 
 
@@ -104,7 +108,9 @@ def likelihood(problem: Problem, point: Around, logs: Effects) -> AnyArray:
     observed = point.effects @ logs - point.residuals
     count, variance = counted(problem, observed), problem.variance()
     known_variance = None if variance is None else known(variance)
-    return marginal_likelihood(observed, point.jacobian, point.effects, count, known_variance)
+    none = OwnNoise(0 * count, 0 * count)
+    data = Observed(observed, point.jacobian, point.effects, count, none)
+    return marginal_likelihood(data, known_variance, point.prior)
 
 
 def _ratio(errors: Vector, before: Vector) -> Vector:

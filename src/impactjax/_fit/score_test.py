@@ -91,22 +91,44 @@ class Candidate(NamedTuple):
 
 
 class Around(NamedTuple):
-    """Residuals around an estimate and their Jacobian, both with the weights of the loss."""
+    """Residuals around an estimate and their Jacobian, both with the weights of the loss. The last
+    rows are those of prior knowledge, in units of the residuals.
+
+    - `observed`: number of the rows before.
+    """
 
     residuals: Column
     jacobian: Float[AnyArray, "observations parameters"]
+    observed: int
+
+    def whole(self, column: Float[AnyArray, " record"]) -> Float[AnyArray, " rows"]:
+        """A column of the record, with the zeros that a parameter without a prior has."""
+        return np.pad(column, (0, len(self.residuals) - self.observed))
 
     def beside(self, column: Column) -> "Around":
         """The residuals and the Jacobian with one more column, along which no residual is left."""
+        column = self.whole(column)
         rest = _beside(self.jacobian, column)
         left = self.residuals - rest * (rest @ self.residuals) / (rest @ rest)
-        return Around(left, np.concatenate([self.jacobian, column[:, None]], axis=1))
+        jacobian = np.concatenate([self.jacobian, column[:, None]], axis=1)
+        return self._replace(residuals=left, jacobian=jacobian)
 
 
 def linearised(estimate: Estimate[Problem]) -> Around:
     """Residuals and Jacobian of an estimate."""
     root = root_weights(estimate)
-    return Around(root * estimate.residuals, root[:, None] * np.asarray(estimate.jacobian))
+    rows, weight = estimate.problem.prior_rows(np.asarray(estimate.values)), root_prior(estimate)
+    return Around(
+        np.concatenate([root * estimate.residuals, weight * rows.deviations]),
+        np.concatenate([root[:, None] * np.asarray(estimate.jacobian), weight * rows.slopes]),
+        len(root),
+    )
+
+
+def root_prior(estimate: Estimate[Problem]) -> float:
+    """Size of a residual against which prior knowledge is weighed; 1 if there is none."""
+    weight = estimate.problem.prior_weight()
+    return 1.0 if weight is None else math.sqrt(float(weight))
 
 
 def root_weights(estimate: Estimate[Problem]) -> Column:
@@ -118,14 +140,16 @@ def tested(
     estimate: Estimate[Problem], around: Around, candidate: Candidate
 ) -> HeldParameter | None:
     """The score test of one held parameter; `None` if the fitted parameters can replace it."""
-    scores, column = around.residuals, candidate.column
+    scores, column = around.residuals, around.whole(candidate.column)
     beside = _beside(around.jacobian, column)
     squared = beside @ beside
     if not squared > _COLLINEAR**2 * (column @ column):
         return None
     step = -(beside @ scores) / squared
     left = scores + step * beside
-    variance = float(_variance(estimate.problem, left, beside))
+    own, prior = np.split(beside, [around.observed])
+    variance = float(_variance(estimate.problem, left[: around.observed], own))
+    variance += root_prior(estimate) ** 2 * float(prior @ prior)
     error, score = np.sqrt(variance) / squared, (beside @ scores) ** 2 / variance
     n = float(estimate.freedom) + len(estimate.names)
     gain = score if np.isinf(n) else n * np.log1p(score / n)

@@ -78,11 +78,13 @@ class Search:
     def linearised(self, problem: AbstractProblem, searches: Searches) -> Linearisation:
         """The linear model of all observations around each start."""
         no, parts = jnp.zeros((), bool), jnp.asarray(searches.parts)
+        record, informed = problem.of_record(), known(problem).informed
+        counts = known(searches.parts).sum(axis=1).astype(searches.starts.dtype)
 
         def at(place: Vector) -> Linearisation:
-            found = self.evaluate(problem, jnp.asarray(place), parts, no)
+            found = self.evaluate(record, jnp.asarray(place), parts, no)
             models = known(jax.block_until_ready(found).models)
-            return jax.tree.map(lambda x: x[-1], models)
+            return informed(place, jax.tree.map(lambda x: x[-1], models), counts[-1])
 
         found = side_by_side(at, searches.starts)
         return jax.tree.map(lambda *each: np.stack(each), *found)
@@ -93,7 +95,7 @@ class Search:
         if not is_known((problem, best)):
             return best
         yes = jnp.ones((), bool)
-        again = self.evaluate(problem, jnp.asarray(best.u), jnp.asarray(parts), yes)
+        again = self.evaluate(problem.of_record(), jnp.asarray(best.u), jnp.asarray(parts), yes)
         answer = best.answer._replace(impacts=again.answer.impacts)
         return best._replace(answer=answer)
 
@@ -116,10 +118,13 @@ def _known(
     starts, parts = searches.starts, jnp.asarray(searches.parts)
     count, ranges = starts.shape[1], problem.ranges()
     infinite = Linearisation(np.array(np.inf), np.zeros(count), np.zeros((count, count)))
+    record, informed = problem.of_record(), known(problem).informed
+    counts = known(parts).sum(axis=1).astype(starts.dtype)
 
     def around(u: Vector, answer: Evaluated | None, part: Count) -> Linearisation:
-        del u
-        return infinite if answer is None else jax.tree.map(lambda x: x[part], answer.models)
+        if answer is None:
+            return infinite
+        return informed(u, jax.tree.map(lambda x: x[part], answer.models), counts[part])
 
     def minimiser(start: Vector, active: Mask) -> Minimiser[Evaluated | None]:
         objective = Objective(around, _reductions(optimiser, parts, start))
@@ -127,7 +132,7 @@ def _known(
         return Minimiser(optimiser, objective, _bounds(ranges, start, active), nothing)
 
     def at(place: Vector) -> Evaluated:
-        return known(jax.block_until_ready(evaluate(problem, jnp.asarray(place), parts, no)))
+        return known(jax.block_until_ready(evaluate(record, jnp.asarray(place), parts, no)))
 
     no, answers = jnp.zeros((), bool), []
     with np.errstate(all="ignore"):
@@ -160,13 +165,15 @@ def _traced(problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: S
 
     def minimiser(arrays: PyTree, lane: tuple[Vector, Mask]) -> Minimiser[Answer]:
         (problem, parts, answering), (start, on) = eqx.combine(arrays, other), lane
-        objective = Objective(
-            around=lambda u, answer, part: problem.around(u, answer, parts[part]),
-            reductions=_reductions(optimiser, parts, start),
-        )
+
+        def around(u: Vector, answer: Answer, part: Count | int) -> Linearisation:
+            model, count = problem.around(u, answer, parts[part]), jnp.sum(parts[part])
+            return problem.informed(u, model, count.astype(u.dtype))
+
+        objective = Objective(around, _reductions(optimiser, parts, start))
         shapes = jax.eval_shape(lambda u: answering(problem, u), start)
         answer = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
-        model = problem.around(start, answer, parts[0])
+        model = around(start, answer, 0)
         infinite = jax.tree.map(jnp.zeros_like, model)
         infinite = infinite._replace(cost=jnp.full_like(model.cost, jnp.inf))
         nothing = Point(start, answer, infinite)

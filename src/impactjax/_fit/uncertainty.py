@@ -1,7 +1,8 @@
 """Uncertainty of a minimum: covariance, intervals and information criteria.
 
 With the Jacobian J, the scores e = ρ′(r) and the Hessian H = Jᵀ diag(ρ″) J the covariance is
-H⁻¹ cov(Jᵀ e) H⁻¹, the sandwich estimator.
+H⁻¹ cov(Jᵀ e) H⁻¹, the sandwich estimator. Prior knowledge is among the residuals here, with its own
+variance.
 
 Source: H. White (1982), "Maximum likelihood estimation of misspecified models", Econometrica 50, 1.
 """
@@ -36,24 +37,33 @@ def summarise(problem: P, minimum: Minimum, start_costs: Array) -> Estimate[P]:
       others or alone, without a change of the residuals
     - interval: value ± t · error, with the 97.5 % quantile t of Student's distribution, cut off at
       the range; of a parameter that fades, that of its inverse
-    - log-likelihood: −(n log(2π s²) + S/s²)/2 with s² = S/n, or the known variance
+    - log-likelihood: −(n log(2π s²) + S/s²)/2 with s² = S/n, or the known variance; minus
+      ((p − mean)/sigma)²/2 for each prior
     - AIC = 2k − 2 log L, BIC = k log n − 2 log L; k counts parameters and unknown noise variances
+    - degrees of freedom: number of observations minus that of parameters, of which prior knowledge
+      tells tr(H⁻¹ H₀) with its own part H₀ of H
     """
     residuals, jacobian = minimum.answer.residuals, minimum.answer.jacobian
     assert jacobian is not None
     loss, noise = problem.assumed()
     count, p = problem.observations, len(problem.names)
     n = count.astype(residuals.dtype)
-    squares = 2 * minimum.cost
+    simulated = jnp.isfinite(minimum.cost)
+    squares = jnp.where(simulated, 2 * jnp.sum(loss.cost(residuals)), jnp.inf)
     values = problem.at(minimum.u)
     known = problem.variance()
     variance = squares / (n - p) if known is None else known
     stiffness = loss.stiffness(residuals)[:, None]
-    half, bounded = _half_inverse(jacobian.T @ (stiffness * jacobian))
+    rows, weight = problem.prior_rows(values), problem.prior_weight()
+    root = jnp.sqrt(variance if weight is None else weight)
+    prior = root * rows.slopes
+    half, bounded = _half_inverse(jacobian.T @ (stiffness * jacobian) + prior.T @ prior)
     if problem.is_classical():
         spread, freedom = variance * jnp.eye(p, dtype=values.dtype), jnp.full_like(n, jnp.inf)
     else:
-        spread, freedom = _spread(problem, residuals, n, jacobian @ half)
+        along = prior @ half
+        spread, freedom = _spread(problem, residuals, n, jacobian @ half, along)
+        spread = spread + root**2 * (along.T @ along)
     infinite = jnp.diag(jnp.where(bounded, 0.0, jnp.inf))
     covariance = half @ spread @ half.T + infinite
     plain = variance * jnp.sum(half**2, axis=1)
@@ -63,13 +73,12 @@ def summarise(problem: P, minimum: Minimum, start_costs: Array) -> Estimate[P]:
     half_width = _quantile(freedom, residuals.shape[0]) * errors / slopes
     interval = within_ranges(problem, *axes.interval(places - half_width, places + half_width))
     size = squares / n if known is None else known
-    simulated = jnp.isfinite(squares)
     outcome = jnp.where(count > p, minimum.outcome, Outcome.TOO_FEW_OBSERVATIONS)
     missed = problem.misfit(residuals)
     usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = noise.lasts(loss.score(residuals), n)
     likelihood = -(n * jnp.log(2 * np.pi * size) + squares / size) / 2 - problem.log_units
-    likelihood = jnp.where(simulated, likelihood, -jnp.inf)
+    likelihood = jnp.where(simulated, likelihood - rows.squares / 2, -jnp.inf)
     found = p + problem.sizes_found
     return Estimate(
         problem=problem,
@@ -162,21 +171,30 @@ def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
     )
 
 
+def noise_variance(estimate: Estimate[P]) -> Scalar:
+    """Variance of a residual, as it counts for the errors: S/ν with the sum of squares S and the
+    degrees of freedom ν of an estimate; 1 for one without a result.
+    """
+    loss = estimate.problem.assumed().loss
+    found = 2 * jnp.sum(loss.cost(jnp.asarray(estimate.residuals))) / estimate.freedom
+    return jnp.where(jnp.isfinite(found) & jnp.isfinite(estimate.rms), found, 1.0)
+
+
 def _spread(
-    problem: AbstractProblem, residuals: Array, n: Scalar, directions: Array
+    problem: AbstractProblem, residuals: Array, n: Scalar, directions: Array, prior: Array
 ) -> tuple[Array, Scalar]:
     """Covariance of the scores along some directions in the space of observations, and its degrees
     of freedom.
 
     The effective sample size is n/κ, with κ = tr(covariance) / its value for independent residuals.
-    Directions have length one; where they are shorter, information was lost to rounding, and the
-    residuals along the missing part are treated as independent.
+    Directions with their part among the priors have length one; where they are shorter, information
+    was lost to rounding, and the residuals along the missing part are treated as independent.
     """
-    p = directions.shape[1]
+    p = jnp.maximum(directions.shape[1] - jnp.sum(prior**2), jnp.finfo(prior.dtype).eps)
     loss, noise = problem.assumed()
     scores = loss.score(residuals)
     size = jnp.sum(scores**2) / n
-    lacking = jnp.maximum(1 - jnp.sum(directions**2, axis=0), 0)
+    lacking = jnp.maximum(1 - jnp.sum(directions**2, axis=0) - jnp.sum(prior**2, axis=0), 0)
     lost = jnp.diag(jnp.where(lacking > _LOST, lacking, 0.0)) * size
     spread = noise.spread(scores, n, directions) + lost
     kappa = jnp.trace(spread) / (p * jnp.where(size > 0, size, 1.0))

@@ -127,7 +127,8 @@ def _information(estimate: Estimate[P], density: Density) -> Matrix:
     known = jacobian[density.observed :]
     widths = [each.allowed.high - each.allowed.low for each in problem.handles().values()]
     flat = jnp.array([12 / width**2 for width in widths], jacobian.dtype)
-    whole = known.T @ known + jnp.diag(flat)
+    prior = problem.prior_rows(jnp.asarray(estimate.values)).slopes
+    whole = known.T @ known + prior.T @ prior + jnp.diag(flat)
     rows = zip(problem.each_recording(), density.likelihoods, strict=True)
     for i, ((_, places), own) in enumerate(rows):
         at = jnp.array(places)

@@ -1,7 +1,5 @@
 """The verb `information`: Fisher information in an experiment, before any data exist."""
 
-from collections.abc import Mapping
-
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
@@ -18,7 +16,6 @@ from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.failure import failure
 from impactjax._problem.padding import padded_size
-from impactjax._problem.prior import Normal
 from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import Residuals
 from impactjax._refusal import check_kind
@@ -66,8 +63,8 @@ def informed_by(experiment: Experiment, scatter: ArrayLike = 0.0) -> Information
         jacobian = _plain(problem, values)
     xp = namespace(jacobian, variance)
     jacobian = jacobian / xp.sqrt(variance)
-    rows = _of_priors(experiment.priors, problem.names, jacobian)
-    return informed(problem.handles(), values, xp.concatenate([jacobian, rows]))
+    prior = xp.asarray(problem.prior_rows(values).slopes, jacobian.dtype)
+    return informed(problem.handles(), values, xp.concatenate([jacobian, prior]))
 
 
 def _plain(problem: Problem, values: Vector) -> Sensitivities:
@@ -100,15 +97,3 @@ def _existing(residuals: Residuals, jacobian: Sensitivities | None) -> Sensitivi
     residuals, jacobian = known(residuals), known(jacobian)
     xp = namespace(residuals, jacobian)
     return xp.where(xp.all(xp.isfinite(residuals)), jacobian, xp.nan)
-
-
-def _of_priors(
-    priors: Mapping[str, Normal], names: tuple[str, ...], like: AnyArray
-) -> Float[AnyArray, "priors parameters"]:
-    """The rows of prior knowledge: each is an observation of one parameter."""
-    xp = namespace(like)
-    rows = [
-        xp.asarray(np.arange(len(names)) == names.index(name), like.dtype) / known(prior.sigma)
-        for name, prior in priors.items()
-    ]
-    return xp.stack(rows) if rows else xp.zeros((0, len(names)), like.dtype)

@@ -9,7 +9,8 @@ from impactjax._known import known, namespace
 
 @np.errstate(all="ignore")  # no warnings, as in JAX
 def identifiability(estimate: Estimate[P]) -> Information:
-    """Information in the recording of a fit about the parameters, around their estimates.
+    """Information in the recording of a fit about the parameters, around their estimates. Prior
+    knowledge of the experiment is part of it, as further observations.
 
     The noise is scaled to agree with the standard errors of the estimate, so that correlated
     residuals count here as well. Scatter from impact to impact is part of it. An estimate that is
@@ -18,6 +19,9 @@ def identifiability(estimate: Estimate[P]) -> Information:
     estimate = known(estimate)
     xp, parameters, scatter = namespace(estimate), estimate.problem.handles(), estimate.scatter
     jacobian = estimate.jacobian if scatter is None else scatter.jacobian
+    rows, weight = estimate.problem.prior_rows(estimate.values), estimate.problem.prior_weight()
+    if weight is not None:
+        jacobian = xp.concatenate([jacobian, xp.sqrt(weight) * rows.slopes])
     bounds = informed(parameters, estimate.values, jacobian).bounds
     usable = xp.isfinite(bounds) & xp.isfinite(estimate.standard_errors) & (bounds > 0)
     ratios = xp.where(usable, estimate.standard_errors / xp.where(usable, bounds, 1.0), xp.nan)

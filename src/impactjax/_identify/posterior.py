@@ -41,7 +41,7 @@ def posterior(
 
         p(v) ∝ exp(−‖r‖²/2σ²) if the sensor's σ is known, else ‖r‖^(−n) with Jeffreys' prior of σ,
 
-    times the prior knowledge of a joint fit. All other parameters are flat over their ranges, in
+    times the prior knowledge. All other parameters are flat over their ranges, in
     their own units. Correlated residuals count as in the intervals of the estimate: near it, their
     covariance is that of its noise model, and n observations count as fewer independent ones.
 
@@ -110,7 +110,7 @@ def _check_estimate(estimate: Estimate[P]) -> None:
             if math.isinf(limit) and math.isinf(end):
                 raise ValueError(
                     f"The record does not bound `{name}` from {side}, so that a flat prior has no "
-                    "posterior: give the experiment `bounds`, or `priors` in `fit_together`."
+                    "posterior: give the experiment `bounds`, or `priors`."
                 )
 
 

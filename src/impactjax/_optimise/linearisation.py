@@ -88,3 +88,31 @@ def linearise(
     unit = xp.asarray(least * np.eye(count), both.dtype)
     triangle = xp.linalg.cholesky(scaled.T @ scaled + unit).T * xp.where(squares > 0, sizes, 0.0)
     return Linearisation(cost, triangle[:-1, -1], triangle[:-1, :-1])
+
+
+def with_rows(
+    model: Linearisation,
+    residuals: Float[AnyArray, " rows"],
+    jacobian: Float[AnyArray, "rows parameters"],
+    weight: Float[AnyArray, ""],
+    growth: Float[AnyArray, ""] | float,
+) -> Linearisation:
+    """A linear model with further rows r, J, whose cost is `weight` · Σ r²/2. The gradient of its
+    own rows grows by the factor `growth`. One that is not finite stays as it is.
+    """
+    xp = namespace(model, residuals)
+    finite = xp.isfinite(model.cost) & xp.all(xp.isfinite(model.factor))
+    size, own = (
+        xp.sqrt(xp.asarray(xp.where(finite, x, 1.0), jacobian.dtype)) for x in (weight, growth)
+    )
+    rest, factor = (xp.where(finite, x, 0.0) * own for x in (model.rest, model.factor))
+    found = linearise(
+        model.cost + weight * xp.sum(residuals**2) / 2,
+        xp.concatenate([rest, size * residuals]),
+        xp.concatenate([factor, size * jacobian]),
+    )
+    return Linearisation(
+        found.cost,
+        xp.where(finite, found.rest, model.rest),
+        xp.where(finite, found.factor, model.factor),
+    )

@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int, Key
 
-from impactjax._known import AnyArray, namespace
+from impactjax._known import AnyArray, known, namespace
 from impactjax._optimise.bounds import to_range, to_unbounded
 from impactjax._optimise.coordinates import Limits, limits, slope, to_coordinate, to_value
-from impactjax._optimise.linearisation import Linearisation, Vector, linearise
+from impactjax._optimise.linearisation import Linearisation, Vector, linearise, with_rows
 from impactjax._parameter import Range
 from impactjax._problem.loss import AbstractLoss
 from impactjax._problem.noise import AbstractNoise
 from impactjax._problem.parameters import Handle
+from impactjax._problem.prior import Normal, PriorRows, prior_rows
 from impactjax._record.abstract_recording import Residuals, Valid
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Flag, Scalar
@@ -167,11 +168,46 @@ class AbstractProblem(eqx.Module):
         possible = jnp.all(jnp.stack(inside)) & jnp.isfinite(density)
         return jnp.where(possible, density, -jnp.inf)
 
+    def known_before(self) -> dict[str, Normal]:
+        """Prior knowledge of parameters, by name."""
+        return {}
+
     def prior_density(self, values: Vector) -> Scalar:
         """Logarithm of the density of prior knowledge that is not among the residuals, up to a
         constant.
         """
-        return jnp.zeros((), values.dtype)
+        return -self.prior_rows(values).squares / 2
+
+    def prior_rows(self, values: Vector) -> PriorRows:
+        """Prior knowledge that is not among the residuals, as observations of parameters."""
+        return prior_rows({}, self.names, values)
+
+    def prior_weight(self) -> Float[AnyArray, "..."] | None:
+        """Variance of a residual against which prior knowledge is weighed; `None` for that of the
+        residuals at each point.
+        """
+        return None
+
+    @property
+    def weighs_anew(self) -> bool:
+        """True if prior knowledge is weighed against a variance that a fit has to find."""
+        return False
+
+    def weighed(self: Own, variance: Float[AnyArray, "..."] | None) -> Own:
+        """The problem whose prior knowledge is weighed against a variance of the residuals."""
+        del variance
+        return self
+
+    def remeasured(self: Own, values: Vector, key: Key[Array, ""]) -> Own:
+        """The problem whose prior knowledge was measured anew, at some true values."""
+        del values, key
+        return self
+
+    def of_record(self: Own) -> Own:
+        """The problem without the prior knowledge that is not among the residuals. Its evaluation
+        is that of all problems of the record.
+        """
+        return self
 
     def density_variance(self, most_likely: Scalar) -> Scalar:
         """Variance of a residual in `log_density`: the known one, else the most likely one."""
@@ -226,3 +262,18 @@ class AbstractProblem(eqx.Module):
         weights = jnp.sqrt(loss.weight(residuals))
         cost = jnp.sum(loss.cost(residuals))
         return linearise(cost, weights * residuals, weights[:, None] * jacobian)
+
+    def informed(self, u: Vector, model: Linearisation, count: AnyArray) -> Linearisation:
+        """A linear model of `count` residuals around a point, with prior knowledge as more rows.
+
+        With the deviations z of the priors, in units of their errors, the cost F grows by s² z²/2
+        for the variance s² of `prior_weight`. If that is not known, it is 2 F/count: the minimum
+        is then that of n log(F) + z² for small z²/n.
+        """
+        rows = self.prior_rows(self.at(u))
+        if not rows.deviations.shape[0]:
+            return model
+        variance = known(self.prior_weight())
+        found = 2 * model.cost / count if variance is None else variance
+        growth = 1 + rows.squares / count if variance is None else 1.0
+        return with_rows(model, rows.deviations, rows.slopes * self.slopes(u), found, growth)

@@ -20,7 +20,7 @@ def build_problem(experiment: Experiment) -> Problem:
 
     Use it with a sampler or another optimiser: it has `start`, `residuals` and `log_density`, and
     `values` and `unbounded` convert between natural values and unbounded coordinates. Prior
-    knowledge counts in `log_density`.
+    knowledge is no part of the residuals; it counts in `log_density`.
 
     **Raises** `ValueError` as `fit` does.
     """
@@ -43,7 +43,7 @@ def pose(experiment: Experiment) -> Problem:
     usual = {name for name, handle in known.items() if not handle.allowed.known}
     if recording.observes_impacts:
         usual = (usual | {"t0"}) - {"x0", "theta0"}
-    wanted = (usual | {*experiment.free}) - {*fixed, *ties}
+    wanted = (usual | {*experiment.free, *experiment.priors}) - {*fixed, *ties}
     names = tuple(name for name in known if name in wanted)
     check_priors(experiment.priors, names)
     for name, (low, high) in experiment.bounds:

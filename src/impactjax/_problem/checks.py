@@ -44,15 +44,6 @@ def check_requests(experiment: Experiment, system: System) -> None:
             raise ValueError(f"The tie of `{name}` gives shape {value.shape}, not one number.")
 
 
-def check_no_priors(experiment: Experiment) -> None:
-    """Raises `ValueError` for an experiment with prior knowledge."""
-    if experiment.priors:
-        raise ValueError(
-            "Prior knowledge is weighed against the noise of a recording: fit an experiment that "
-            "has `priors` by `fit_together([experiment])`."
-        )
-
-
 def check_priors(priors: Collection[str], names: Collection[str]) -> None:
     """Raises `ValueError` for prior knowledge of a parameter that is not fitted."""
     for name in priors:

@@ -41,7 +41,8 @@ class Experiment(eqx.Module):
     - `free`: names of parameters to fit although they are usually known.
     - `ties`: parameters that follow from the others, each a function of all parameters by name:
       `{"upper_r": lambda at: at["lower_r"]}`.
-    - `priors`: prior knowledge of parameters, by name.
+    - `priors`: prior knowledge of parameters, by name, `{"mass": Normal(0.02, 1e-4)}`. Those that
+      are usually measured separately are then fitted.
     - `bounds`: limits of fitted parameters, narrower than their own range, by name:
       `{"gamma": (0.1, 0.3)}`.
     - `loss`: cost of a residual: `Squares()`, or `SoftL1`, `Cauchy`, `StudentT` against outliers.

@@ -108,6 +108,9 @@ class JointProblem(AbstractProblem):
             lambda each: (each.problems, each.priors), self, (tuple(problems), tuple(priors))
         )
 
+    def known_before(self) -> dict[str, Normal]:
+        return {self.names[i]: prior for i, prior in zip(self.asked, self.priors, strict=True)}
+
     def misfit(self, residuals: Float[Array, " observations"]) -> Scalar:
         """The largest misfit of all recordings."""
         each = [problem.misfit(self.share(i, residuals)) for i, problem in enumerate(self.problems)]

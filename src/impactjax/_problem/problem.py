@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Bool, Float
+from jaxtyping import Array, ArrayLike, Bool, Float, Key
 
 from impactjax._known import AnyArray, namespace
 from impactjax._optimise.minimiser import Vector
@@ -16,7 +16,7 @@ from impactjax._problem.misfit import misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._problem.padding import padded_size
 from impactjax._problem.parameters import Handle, handles, replaced
-from impactjax._problem.prior import Normal
+from impactjax._problem.prior import Normal, PriorRows, prior_rows
 from impactjax._problem.scatter import AbstractScatter, NoScatter
 from impactjax._record.abstract_recording import AbstractRecording, Residuals, Valid
 from impactjax._sensor.system import System
@@ -35,7 +35,8 @@ class Problem(AbstractProblem):
     - `ties`: parameters that follow from the others, by name.
     - `scatter`: distribution of the speed after each impact.
     - `bounds`: limits of parameters, narrower than their own range, by name.
-    - `priors`: prior knowledge of parameters, by name; it counts in `log_density` only.
+    - `priors`: prior knowledge of parameters, by name. It is no part of the residuals.
+    - `weight`: variance of a residual against which priors are weighed, if a fit has found it.
     - `direction`: direction in which the logarithms of the factors after the impacts change, one
       number for each impact; `None` if the answer has no derivative along it.
     """
@@ -50,6 +51,7 @@ class Problem(AbstractProblem):
     bounds: tuple[tuple[str, tuple[float, float]], ...] = eqx.field(static=True, default=())
     scatter: AbstractScatter = NoScatter()
     priors: dict[str, Normal] = eqx.field(default_factory=dict)
+    weight: Float[AnyArray, "..."] | None = None
     direction: Factors | None = None
 
     def __check_init__(self) -> None:
@@ -78,11 +80,36 @@ class Problem(AbstractProblem):
     def variance(self) -> Scalar | None:
         return self.system.sensor.variance()
 
-    def prior_density(self, values: Vector) -> Scalar:
-        each = [
-            prior.log_density(values[self.names.index(name)]) for name, prior in self.priors.items()
-        ]
-        return sum(each, jnp.zeros((), values.dtype))
+    def known_before(self) -> dict[str, Normal]:
+        return dict(self.priors)
+
+    def prior_rows(self, values: Vector) -> PriorRows:
+        return prior_rows(self.priors, self.names, values)
+
+    def prior_weight(self) -> Float[AnyArray, "..."] | None:
+        return self.variance() if self.is_classical() else self.weight
+
+    @property
+    def weighs_anew(self) -> bool:
+        return bool(self.priors) and not self.is_classical()
+
+    def weighed(self, variance: Float[AnyArray, "..."] | None) -> "Problem":
+        return dataclasses.replace(self, weight=variance) if self.priors else self
+
+    def remeasured(self, values: Vector, key: Key[Array, ""]) -> "Problem":
+        keys = jax.random.split(key, max(len(self.priors), 1))
+        drawn = {
+            name: Normal(
+                values[self.names.index(name)]
+                + prior.sigma * jax.random.normal(own, (), values.dtype),
+                prior.sigma,
+            )
+            for own, (name, prior) in zip(keys, self.priors.items(), strict=False)
+        }
+        return dataclasses.replace(self, priors=drawn)
+
+    def of_record(self) -> "Problem":
+        return dataclasses.replace(self, priors={}, weight=None)
 
     def is_classical(self) -> bool:
         return self.variance() is not None and isinstance(self.loss, Squares)
@@ -99,9 +126,8 @@ class Problem(AbstractProblem):
 
     def padded(self) -> "Problem":
         recording = self.recording.padded(padded_size(self.valid.shape[-1]))
-        # Neither scatter nor prior knowledge changes what is simulated: fits with and without them
-        # share their programs.
-        longer = dataclasses.replace(self, recording=recording, scatter=NoScatter(), priors={})
+        # Scatter does not change what is simulated: fits with and without it share their programs.
+        longer = dataclasses.replace(self, recording=recording, scatter=NoScatter())
         none = jnp.zeros(longer.impacts, self.start.dtype)
         return longer.scattered(none) if self.has_stop else longer
 

@@ -13,6 +13,7 @@ from impactjax._compare.ranking import differences, rejected
 from impactjax._compare.repeatability import Repeatability
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.reason import Reason
+from impactjax._fit.used_prior import UsedPrior
 from impactjax._fit.verdict import Verdict
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residual_diagnostics import residual_diagnostics
@@ -142,6 +143,7 @@ def _result(estimate: Estimate[Problem]) -> str:
 def _parameters(fitted: Fitted) -> dict[str, Any]:
     """All parameters, each with the assumptions it depends on."""
     estimate, known = fitted.estimate, given(fitted)
+    priors = estimate.priors
     found = {**_fitted_parameters(estimate), **_fixed_parameters(estimate)}
     for name, each in found.items():
         fixed = name not in estimate.names
@@ -149,7 +151,18 @@ def _parameters(fitted: Fitted) -> dict[str, Any]:
         each["assumed"] = fixed and is_assumed(fitted, name)
         each["rests_on"] = list(known.rests[name].on) if name in known.rests else []
         each["own"] = None if own is None else _own(own)
+        each["prior"] = _prior(priors[name]) if name in priors else None
     return found
+
+
+def _prior(prior: UsedPrior) -> dict[str, Any]:
+    """Prior knowledge of a parameter, and the distance of the estimate from it, in its errors."""
+    return {
+        "value": json_number(prior.mean),
+        "standard_error": json_number(prior.sigma),
+        "distance": json_number(prior.distance),
+        "contradicted": prior.is_contradicted,
+    }
 
 
 def _own(own: OwnValue) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from impactjax._compare.across import Across, across
 from impactjax._compare.comparison import Fitted
 from impactjax._compare.ranking import differences, rejected
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.used_prior import prior_words
 from impactjax._number_format import interval
 from impactjax._problem.problem import Problem
 from impactjax._report.given import given
@@ -63,7 +64,7 @@ def parameter_rows(fits: Sequence[Fitted]) -> list[list[Row]]:
 
 
 def _rows(fitted: Fitted, wider: Mapping[str, Across], ruled_out: bool) -> list[Row]:
-    known, rows = given(fitted), []
+    known, priors, rows = given(fitted), fitted.estimate.priors, []
     for each in fitted.estimate.parameters:
         whole = wider.get(each.name, each)
         row = {
@@ -72,7 +73,7 @@ def _rows(fitted: Fitted, wider: Mapping[str, Across], ruled_out: bool) -> list[
             "unit": _unit(each.unit),
             "interval": interval(whole.low, whole.high, each.standard_error),
             "verdict": "law rejected" if ruled_out else str(whole.verdict),
-            "given": known.words(each.name),
+            "given": known.words(each.name) + prior_words(priors.get(each.name)),
         }
         rows.append(row)
         if (own := known.own.get(each.name)) is not None:

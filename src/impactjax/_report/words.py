@@ -45,6 +45,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     if (share := float(best.estimate.misfit)) > 0:
         return [*found, _does_not_fit(best.estimate, share)]
     found += given_sentences(best)
+    found += [str(prior) for prior in best.estimate.priors.values()]
     found += _open_sides(best)
     found += _across(fits)
     found += _lasting(best.estimate)
