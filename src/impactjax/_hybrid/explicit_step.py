@@ -67,13 +67,14 @@ class ExplicitStep(AbstractFlowStep):
         guess = (_LOCAL * tolerance) ** (1 / order) * time_scale(equations, t, y, mode)
         h = jnp.where(memory.step.h > 0, memory.step.h, guess)
         end, ratio = self._with_error(equations, start, h, scale)
+        armed, returns, margin = _guards(equations, start, end, h, tolerance)
         ratio = ratio / (_LOCAL * tolerance)
-        ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # overflow: the step is much too long
+        defined = jnp.all(jnp.isfinite(jnp.stack(armed.series))) & ~jnp.isnan(ratio)
+        ratio = jnp.where(defined, ratio, jnp.inf)  # otherwise the step is much too long
         accurate = ratio <= 1
         factor = jnp.clip(_SAFETY * jnp.maximum(ratio, 1e-30) ** (-1 / order), _SHRINK, _GROW)
 
         settle = h <= _RESOLUTION * guess
-        armed, returns, margin = _guards(equations, start, end, h, tolerance)
         found = watch(armed, settle, margin, memory.step.target)
         wanted = accurate & (returns >= 1) & ~found.unclear
         ends = found.fraction <= 1 + _LANDED
@@ -96,7 +97,7 @@ class ExplicitStep(AbstractFlowStep):
         after = _Memory(following, jnp.where(lands, found.guard, NO_EVENT).astype(jnp.int32))
         event = jnp.where(plain, NO_EVENT, found.event)
         still_armed = jnp.where(plain, armed.armed, found.armed)
-        return Attempt(accepted, taken, taken, end, event, still_armed, after)
+        return Attempt(accepted, taken, taken, end, event, found.caused, still_armed, after)
 
     def expand(
         self, equations: Equations, t: Scalar, y: State, mode: Mode, unit: Scalar

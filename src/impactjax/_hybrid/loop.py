@@ -95,7 +95,7 @@ def _loop(step: AbstractFlowStep, fixed: Equations, max_steps: int, runs: Run) -
 
 def _begin(run: Run) -> Lane:
     done = (run.verdict != RESULTS.successful) | (run.start.t > run.t1)
-    return Lane(run.start, jnp.int32(0), run.verdict, done)
+    return Lane(run.start, jnp.int32(0), run.verdict, done | run.start.memory.ended)
 
 
 def _pass(step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane) -> tuple[Lane, Log]:
@@ -112,7 +112,18 @@ def _pass(step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane) -> tup
     moved = taken & ~last
     retried = point._replace(memory=point.memory._replace(step=attempt.memory))
     still = choose(lane.done | attempt.accepted, point, retried)
-    row = Log(point.t, point.y, point.mode, attempt.h, attempt.unit, attempt.y, event, taken, last)
+    row = Log(
+        point.t,
+        point.y,
+        point.mode,
+        attempt.h,
+        attempt.unit,
+        attempt.y,
+        event,
+        attempt.caused,
+        taken,
+        last,
+    )
     lane = Lane(
         choose(moved, after, still),
         lane.events + (moved & (event != NO_EVENT)).astype(jnp.int32),
@@ -141,6 +152,7 @@ def _arrived(equations: Equations, point: Point, attempt: Attempt, jump: Jump) -
         stays,
         jnp.where(again, before.repeats + 1, 0).astype(jnp.int32),
         t,
+        jump.ends,
         attempt.memory,
     )
     return Point(t + jump.wait, jump.y, jump.mode, memory)
@@ -163,7 +175,8 @@ def _diagnosed(point: Point, attempt: Attempt, after: Point) -> RESULTS:
 
 def _row_without_step(point: Point) -> Log:
     nothing, one, no = jnp.zeros_like(point.t), jnp.ones_like(point.t), jnp.zeros((), bool)
-    return Log(point.t, point.y, point.mode, nothing, one, point.y, jnp.int32(NO_EVENT), no, no)
+    none = jnp.int32(NO_EVENT)
+    return Log(point.t, point.y, point.mode, nothing, one, point.y, none, no, no, no)
 
 
 def _concluded(lane: Lane) -> RESULTS:
