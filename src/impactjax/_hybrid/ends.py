@@ -59,6 +59,7 @@ def begin(step: AbstractFlowStep, equations: Equations, start: Start) -> Point:
         jnp.zeros((), bool),
         jnp.int32(0),
         t,
+        jnp.zeros((), bool),
         step.begin(equations, t, y, mode),
     )
     return Point(t, y, mode, jax.lax.stop_gradient(memory))

@@ -53,7 +53,8 @@ def events_of(
     ends = own.t + own.h
 
     def known(column: Array, unused: float) -> Array:
-        return jnp.where(exists.reshape(-1, *[1] * (column.ndim - 1)), column, unused)
+        own = exists.reshape(-1, *[1] * (column.ndim - 1))
+        return jnp.where(own, column, jnp.asarray(unused, column.dtype))
 
     def states(tree: State) -> State:
         return jax.tree.map(lambda column: known(column, jnp.nan), tree)
@@ -94,19 +95,17 @@ def _order_matters(
         t, y, mode = first.t, first.before, first.mode_before
         rounding = _SAME_TIME * jnp.finfo(t.dtype).eps * jnp.abs(t)
         together = (second.t - first.t <= rounding) & (second.transition != first.transition)
-        rate = equations.flow(t, y, mode)
-        _, falls = jax.jvp(
-            lambda t, y: equations.guard_values(t, y, mode), (t, y), (jnp.ones_like(t), rate)
-        )
         middle = equations.jump(second.transition, t, y, mode)
         end = equations.jump(first.transition, t, middle.y, middle.mode)
         equal = jax.tree.map(
-            lambda a, b: jnp.all(jnp.abs(a - b) <= tolerance * (jnp.abs(a) + jnp.abs(b))),
-            (end.y, end.mode),
-            (second.after, second.mode_after),
+            lambda a, b, y: jnp.all(jnp.abs(a - b) <= tolerance * (jnp.abs(a) + jnp.abs(y))),
+            end.y,
+            second.after,
+            y,
         )
-        differs = ~jnp.all(jnp.stack(jax.tree.leaves(equal)))
-        return together & (falls[second.transition] < 0) & differs
+        same = jax.tree.map(lambda a, b: jnp.all(a == b), end.mode, second.mode_after)
+        differs = ~jnp.all(jnp.stack(jax.tree.leaves((equal, same))))
+        return together & differs & _was_due(equations, first, second.transition, tolerance)
 
     if log.t.shape[0] < 2 or equations.count() < 2:
         return log.order_matters
@@ -117,3 +116,15 @@ def _order_matters(
     )
     pairs, no = jax.vmap(exchanged)(first, second), jnp.zeros(1, bool)
     return jnp.concatenate([pairs, no]) | jnp.concatenate([no, pairs])
+
+
+def _was_due(equations: Equations, first: _Event, number: Array, tolerance: Scalar) -> Flag:
+    """True if the event `number` was due at the time of another one, and not caused by its jump."""
+    t, mode = first.t, first.mode_before
+    place = t, first.before
+    rate = equations.flow(*place, mode)
+    before, falls = jax.jvp(
+        lambda t, y: equations.guard_values(t, y, mode)[number], place, (jnp.ones_like(t), rate)
+    )
+    drop = before - equations.guard_values(t, first.after, first.mode_after)[number]
+    return (falls < 0) & ((drop < before) | (before <= tolerance * drop))

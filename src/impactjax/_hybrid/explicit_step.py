@@ -67,13 +67,14 @@ class ExplicitStep(AbstractFlowStep):
         guess = (_LOCAL * tolerance) ** (1 / order) * time_scale(equations, t, y, mode)
         h = jnp.where(memory.step.h > 0, memory.step.h, guess)
         end, ratio = self._with_error(equations, start, h, scale)
+        armed, returns, margin = _guards(equations, start, end, h, tolerance)
         ratio = ratio / (_LOCAL * tolerance)
-        ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # overflow: the step is much too long
+        defined = jnp.all(jnp.isfinite(jnp.stack(armed.series))) & ~jnp.isnan(ratio)
+        ratio = jnp.where(defined, ratio, jnp.inf)  # otherwise the step is much too long
         accurate = ratio <= 1
         factor = jnp.clip(_SAFETY * jnp.maximum(ratio, 1e-30) ** (-1 / order), _SHRINK, _GROW)
 
         settle = h <= _RESOLUTION * guess
-        armed, returns, margin = _guards(equations, start, end, h, tolerance)
         found = watch(armed, settle, margin, memory.step.target)
         wanted = accurate & (returns >= 1) & ~found.unclear
         ends = found.fraction <= 1 + _LANDED
@@ -96,7 +97,7 @@ class ExplicitStep(AbstractFlowStep):
         after = _Memory(following, jnp.where(lands, found.guard, NO_EVENT).astype(jnp.int32))
         event = jnp.where(plain, NO_EVENT, found.event)
         still_armed = jnp.where(plain, armed.armed, found.armed)
-        return Attempt(accepted, taken, taken, end, event, still_armed, after)
+        return Attempt(accepted, taken, taken, end, event, found.caused, still_armed, after)
 
     def expand(
         self, equations: Equations, t: Scalar, y: State, mode: Mode, unit: Scalar
@@ -189,13 +190,10 @@ def _stepped(
         node, weight, number = row
         moved = unpacked(begin + h * (weight @ rates), y)
         rate = packed(equations.flow(t + node * h, moved, mode))
-        return jnp.where(jnp.arange(nodes.size)[:, None] == number, rate, rates), None
+        return jnp.where(numbers[:, None] == number, rate, rates), None
 
-    rows = (
-        jnp.asarray(nodes, h.dtype),
-        jnp.asarray(weights, h.dtype),
-        jnp.arange(nodes.size, dtype=jnp.int32),
-    )
+    numbers = jnp.arange(nodes.size, dtype=jnp.int32)
+    rows = jnp.asarray(nodes, h.dtype), jnp.asarray(weights, h.dtype), numbers
     rates, _ = jax.lax.scan(stage, jnp.zeros((nodes.size, begin.size), h.dtype), rows)
     end = begin + h * (jnp.asarray(tableau.b_sol, h.dtype) @ rates)
     return end, h * (jnp.asarray(tableau.b_error, h.dtype) @ rates), h * rates[0]

@@ -18,6 +18,7 @@ class Memory(NamedTuple):
     - `stays`: true if that event's jump left its guard at zero.
     - `repeats`: number of times that the event has repeated without time passing.
     - `since`: time from which the state holds: earlier than its own after a series taken at once.
+    - `ended`: true if an event has ended the run.
     - `step`: the step's own memory.
     """
 
@@ -26,6 +27,7 @@ class Memory(NamedTuple):
     stays: Flag
     repeats: Code
     since: Scalar
+    ended: Flag
     step: PyTree
 
 
@@ -77,6 +79,7 @@ class Log(NamedTuple):
     unit: Array  # of time, in which the step is expanded
     end: State  # at the end, before any jump
     event: Array  # the transition at the end, or NO_EVENT
+    caused: Array  # true if the jump before has caused it, at the same time
     next_mode: Mode  # after the event
     taken: Array  # true if the pass took a step
     last: Array  # true for a step beyond the end of the run

@@ -95,7 +95,7 @@ def _loop(step: AbstractFlowStep, fixed: Equations, max_steps: int, runs: Run) -
 
 def _begin(run: Run) -> Lane:
     done = (run.verdict != RESULTS.successful) | (run.start.t > run.t1)
-    return Lane(run.start, jnp.int32(0), run.verdict, done)
+    return Lane(run.start, jnp.int32(0), run.verdict, done | run.start.memory.ended)
 
 
 def _pass(step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane) -> tuple[Lane, Log]:
@@ -120,6 +120,7 @@ def _pass(step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane) -> tup
         unit=attempt.unit,
         end=attempt.y,
         event=event,
+        caused=attempt.caused,
         next_mode=jump.mode,
         taken=taken,
         last=last,
@@ -152,6 +153,7 @@ def _arrived(equations: Equations, point: Point, attempt: Attempt, jump: Jump) -
         stays,
         jnp.where(again, before.repeats + 1, 0).astype(jnp.int32),
         t,
+        jump.ends,
         attempt.memory,
     )
     return Point(t + jump.wait, jump.y, jump.mode, memory)
@@ -174,10 +176,8 @@ def _diagnosed(point: Point, attempt: Attempt, after: Point) -> RESULTS:
 
 def _row_without_step(point: Point) -> Log:
     t, y, mode, _ = point
-    no = jnp.zeros((), bool)
-    return Log(
-        t, y, mode, jnp.zeros_like(t), jnp.ones_like(t), y, jnp.int32(NO_EVENT), mode, no, no
-    )
+    nothing, one, no = jnp.zeros_like(t), jnp.ones_like(t), jnp.zeros((), bool)
+    return Log(t, y, mode, nothing, one, y, jnp.int32(NO_EVENT), no, mode, no, no)
 
 
 def _concluded(lane: Lane) -> RESULTS:

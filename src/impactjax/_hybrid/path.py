@@ -107,7 +107,8 @@ def _push_forward(
     With the start (t, y), the duration h, the end x(h; t, y, p) and the parameters p:
 
     - duration: dh = −dg/ġ for an event with the guard g(t + h, x) = 0. dg is the change of g at
-      fixed h, and ġ its rate along the flow. Otherwise dh = 0.
+      fixed h, and ġ its rate along the flow. Otherwise dh = 0, also for an event that the jump
+      before has caused.
     - end: dx = (∂x/∂p) dp + (∂x/∂t) dt + (∂x/∂y) dy + ẋ dh
     - next start: by the jump from (t + h, x)
     """
@@ -142,7 +143,7 @@ def _push_forward(
     arrival = varied, t + h, end
     _, d_guard = jax.jvp(guard, arrival, (d_varied, d_t, d_end))
     _, fall = jax.jvp(guard, arrival, (still_varied, one, rate))
-    falls = happens & (fall != 0)
+    falls = happens & ~log.caused & (fall != 0)
     d_h = jnp.where(falls, -d_guard / jnp.where(falls, fall, 1.0), 0.0)
     _, d_end = jax.jvp(flowed, place, (d_varied, d_y, d_expansion, d_h))
     _, d_next = jax.jvp(followed, (varied, t, y, h, end), (d_varied, d_t, d_y, d_h, d_end))

@@ -5,10 +5,11 @@ from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import jax.numpy as jnp
+from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Float, PyTree
 
 from impactjax._hybrid.system import State
-from impactjax._types import Code, Scalar
+from impactjax._types import Code, Flag, Scalar
 
 
 class AbstractReset(eqx.Module):
@@ -23,6 +24,10 @@ class AbstractReset(eqx.Module):
         """The condition after `count` such events."""
 
     @abc.abstractmethod
+    def passed(self, t: Scalar) -> ArrayLike:
+        """The number of such events that belong to the time before the start `t` of a run."""
+
+    @abc.abstractmethod
     def applies(self, term: Code) -> ArrayLike:
         """True if the event can happen while the term of this number holds."""
 
@@ -32,7 +37,7 @@ class AbstractReset(eqx.Module):
 
     @abc.abstractmethod
     def check(self, terms: int) -> None:
-        """Raises `ValueError` for the number of a term that is not there."""
+        """Raises `ValueError` for times out of order, and a term that is not there."""
 
     @abc.abstractmethod
     def following(self, term: Code) -> ArrayLike:
@@ -66,6 +71,10 @@ class Reset(AbstractReset):
         del count
         return self.cond_fn(t, y, args)
 
+    def passed(self, t: Scalar) -> ArrayLike:
+        del t
+        return 0
+
     def applies(self, term: Code) -> ArrayLike:
         return _among(term, self.during)
 
@@ -82,7 +91,7 @@ class Reset(AbstractReset):
 class ResetAt(AbstractReset):
     """An event at given times, with a new state.
 
-    - `times`: increasing; those before the start of the run happen at the start.
+    - `times`: increasing; those before the start of the run are left out, infinite ones never come.
     - `reset`, `term`: as for `Reset`.
     """
 
@@ -95,9 +104,14 @@ class ResetAt(AbstractReset):
 
     def condition(self, t: Scalar, y: State, args: PyTree, count: Code) -> ArrayLike:
         del y, args
-        later = jnp.append(self.times, jnp.inf)[jnp.minimum(count, self.times.size)]
+        times = self.times.astype(t.dtype)
+        later = jnp.append(times, jnp.inf)[jnp.minimum(count, times.size)]
         never = jnp.isinf(later)
-        return jnp.where(never, 1.0, jnp.where(never, 0.0, later) - t)
+        due = jnp.where(never, 1.0, jnp.where(never, 0.0, later) - t)
+        return jnp.where(_increase(times), due, jnp.nan)
+
+    def passed(self, t: Scalar) -> ArrayLike:
+        return jnp.sum(self.times < t.astype(self.times.dtype), dtype=jnp.int32)
 
     def applies(self, term: Code) -> ArrayLike:
         del term
@@ -111,6 +125,15 @@ class ResetAt(AbstractReset):
 
     def check(self, terms: int) -> None:
         _check_terms([self.term], terms)
+        if self.times.ndim != 1:
+            raise ValueError(f"`times` must be a list, but its shape is {self.times.shape}.")
+        if not isinstance(self.times, Tracer) and not _increase(self.times):
+            raise ValueError(f"`times` must increase strictly, but they are {self.times}.")
+
+
+def _increase(times: Float[Array, " times"]) -> Flag:
+    """True if times increase strictly; any number of infinite ones may follow."""
+    return jnp.all((times[1:] > times[:-1]) | jnp.isinf(times[1:]))
 
 
 def _among(term: Code, numbers: Sequence[int] | None) -> ArrayLike:

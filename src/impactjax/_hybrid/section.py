@@ -39,7 +39,7 @@ class Crossings(NamedTuple):
 
 
 class Section(eqx.Module):
-    """States of a lane on a surface; NaN for crossings after a failure.
+    """States of a lane on a surface; NaN for crossings after a failure or the end of the run.
 
     - `t`: times of the crossings.
     - `before`, `after`: states before and after the jump; equal where nothing jumps.
@@ -129,7 +129,8 @@ def _section(
     first = begin(step, equations, start)
 
     def unfinished(carry: _Carry) -> Flag:
-        runs = carry.result == RESULTS.successful
+        ended = begin(step, equations, carry.start).memory.ended
+        runs = (carry.result == RESULTS.successful) & ~ended
         return runs & (carry.passed < skip + keep)
 
     def one_part(carry: _Carry) -> _Carry:

@@ -83,7 +83,9 @@ class SeriesStep(AbstractFlowStep):
             jnp.where(found.unclear, unit, following),
             jnp.where(found.unclear, shorter, jnp.inf),
         )
-        return Attempt(~found.unclear, taken, unit, end, found.event, found.armed, after)
+        return Attempt(
+            ~found.unclear, taken, unit, end, found.event, found.caused, found.armed, after
+        )
 
     def expand(
         self, equations: Equations, t: Scalar, y: State, mode: Mode, unit: Scalar

@@ -17,7 +17,7 @@ class Solution(eqx.Module):
       and after an event that ends the run.
     - `events`: the event log.
     - `final`: start of the step that contains the last sample time. A run from there goes on
-      exactly as if there had been no cut.
+      exactly as if there had been no cut; after an event that ends the run it does not go on.
     - `result`: result code.
     - `steps`: number of steps.
     """

@@ -97,7 +97,7 @@ def solve_events(
     times = [_times(each, begin, end) for each in subs]
     joined = jnp.concatenate([*times, end[None]])
     order = jnp.argsort(joined)
-    counts = (jnp.int32(0),) * len(events)
+    counts = tuple(event.passed(begin) for event in events)
     solved = solve_run(
         _Terms(several, tuple(events), args),
         Start(begin, y0, (term, counts)) if start is None else start,

@@ -20,6 +20,7 @@ class Attempt(NamedTuple):
     - `unit`: unit of time of its expansion.
     - `y`: state at its end, before any jump.
     - `event`: the transition on which it ends, or `NO_EVENT`.
+    - `caused`: true if the jump before has caused the event, at the same time.
     - `armed`: true for each guard whose fall is an event, at its end.
     - `memory`: for the next attempt.
     """
@@ -29,6 +30,7 @@ class Attempt(NamedTuple):
     unit: Scalar
     y: State
     event: Code
+    caused: Flag
     armed: Bool[Array, " guards"]
     memory: PyTree
 

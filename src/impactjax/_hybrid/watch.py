@@ -36,6 +36,7 @@ class Found(NamedTuple):
 
     - `guard`: the guard that falls or rises, or `NO_EVENT`.
     - `event`: the same if it falls, else `NO_EVENT`.
+    - `caused`: true if it has been made negative by the jump before.
     - `fraction`: its place; infinite if nothing ends the step.
     - `unclear`: true if a shorter step is needed to tell.
     - `armed`: as in `Memory`, after the step.
@@ -43,6 +44,7 @@ class Found(NamedTuple):
 
     guard: Code
     event: Code
+    caused: Flag
     fraction: Scalar
     unclear: Flag
     armed: Bool[Array, " guards"]
@@ -56,7 +58,7 @@ def cleaned(series: Guards, memory: Memory, tolerance: Scalar) -> Guards:
     """
     value = series[0]
     size = jnp.max(jnp.abs(jnp.stack(series)), axis=0)
-    here = jnp.arange(value.size) == memory.arrival
+    here = jnp.arange(value.size, dtype=jnp.int32) == memory.arrival
     rounding = _ROUNDING * np.finfo(value.dtype).eps
     allowed = jnp.where(memory.arrival != NO_EVENT, tolerance, rounding)
     zero = (jnp.abs(value) <= allowed * size) | (here & memory.stays)
@@ -80,7 +82,7 @@ def arm(series: Guards, memory: Memory, tolerance: Scalar) -> Armed:
     """
     value, slope = series[0], series[1]
     size = jnp.max(jnp.abs(jnp.stack(series)), axis=0)
-    here = jnp.arange(value.size) == memory.arrival
+    here = jnp.arange(value.size, dtype=jnp.int32) == memory.arrival
     zero = value == 0
     flat = zero & (jnp.abs(slope) <= tolerance * size)
     passes = here & zero & ~flat & (slope < 0)
@@ -97,24 +99,27 @@ def watch(
 
     The rise ends a step too, since the fall after it must be found. `margin` is the error of the
     series between its ends. The guard `target` also ends a step that stops just before its zero.
+    At one place a fall comes before a rise, which its jump may prevent.
     """
     count = armed.armed.size
     if count == 0:
         never = jnp.asarray(jnp.inf, armed.series[0].dtype)
         none = jnp.int32(NO_EVENT)
-        return Found(none, none, never, jnp.zeros((), bool), armed.armed)
+        no = jnp.zeros((), bool)
+        return Found(none, none, no, never, no, armed.armed)
     sign = jnp.where(armed.armed, 1.0, -1.0).astype(armed.series[0].dtype)
     signed = [sign * coefficient for coefficient in armed.series]
     crossing = first_crossing(signed, settle, margin)
     places = jnp.where(armed.at_once, 0.0, crossing.fraction)
     value, slope = horner_with_slope(signed, jnp.ones_like(sign))
+    numbers = jnp.arange(count, dtype=jnp.int32)
     ahead = 1 - value / jnp.where(slope == 0, 1.0, slope)
-    close = (jnp.arange(count) == target) & (jnp.abs(ahead - 1) < _CLOSE) & (slope < 0)
+    close = (numbers == target) & (jnp.abs(ahead - 1) < _CLOSE) & (slope < 0)
     places = jnp.where(jnp.isinf(places) & close, ahead, places)
-    first = jnp.argmin(places)
-    place = places[first]
+    place = jnp.min(places)
+    first = jnp.argmax(jnp.where(places == place, 1 + armed.armed.astype(jnp.int32), 0))
     guard = jnp.where(jnp.isfinite(place), first, NO_EVENT).astype(jnp.int32)
     event = jnp.where(armed.armed[first], guard, NO_EVENT).astype(jnp.int32)
     unclear = jnp.any(crossing.unclear & ~armed.at_once) & (place > 0)
-    risen = armed.armed | (jnp.arange(count) == guard)
-    return Found(guard, event, place, unclear, risen)
+    risen = armed.armed | (numbers == guard)
+    return Found(guard, event, armed.at_once[first], place, unclear, risen)

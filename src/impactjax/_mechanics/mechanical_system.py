@@ -172,5 +172,5 @@ class MechanicalSystem(HybridSystem):
 
 def _with(phases: Phases, number: int, phase: ArrayLike) -> Phases:
     """Phases with that of one contact replaced."""
-    here = jnp.arange(phases.size) == number
+    here = jnp.arange(phases.size, dtype=jnp.int32) == number
     return jnp.where(here, jnp.asarray(phase, phases.dtype), phases)
