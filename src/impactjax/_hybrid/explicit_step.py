@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 _SAFETY = 0.9  # safety factor of the next step
 _SHRINK, _GROW = 0.2, 10.0  # limits of the ratio of successive steps
-_RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
+_FIRST = 0.1  # the first step to try, in units of the time in which the state changes
+_RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural step
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
 _LANDED = math.sqrt(np.finfo(float).eps)  # distance to the event, as a fraction of the step
 
@@ -32,7 +33,8 @@ _Numbers = Float[Array, " numbers"]
 
 
 class _Memory(NamedTuple):
-    h: Scalar  # to try; zero asks for a first guess
+    h: Scalar  # to try
+    natural: Scalar  # about the longest accurate one
     target: Code  # the guard being landed on, or NO_EVENT
 
 
@@ -56,16 +58,15 @@ class ExplicitStep(AbstractFlowStep):
     solver: "diffrax.AbstractERK" = eqx.field(static=True)
 
     def begin(self, equations: Equations, t: Scalar, y: State, mode: Mode) -> _Memory:
-        del equations, y, mode
-        return _Memory(jnp.zeros_like(t), jnp.int32(NO_EVENT))
+        first = _FIRST * time_scale(equations, t, y, mode)
+        return _Memory(first, first, jnp.int32(NO_EVENT))
 
     def attempt(
         self, equations: Equations, start: Point, tolerance: Scalar, scale: State
     ) -> Attempt:
         t, y, mode, memory = start
         order = self._order()
-        guess = (_LOCAL * tolerance) ** (1 / order) * time_scale(equations, t, y, mode)
-        h = jnp.where(memory.step.h > 0, memory.step.h, guess)
+        h, natural, target = memory.step
         end, ratio = self._with_error(equations, start, h, scale)
         armed, returns, margin = _guards(equations, start, end, h, tolerance)
         ratio = ratio / (_LOCAL * tolerance)
@@ -74,8 +75,8 @@ class ExplicitStep(AbstractFlowStep):
         accurate = ratio <= 1
         factor = jnp.clip(_SAFETY * jnp.maximum(ratio, 1e-30) ** (-1 / order), _SHRINK, _GROW)
 
-        settle = h <= _RESOLUTION * guess
-        found = watch(armed, settle, margin, memory.step.target)
+        settle = h <= _RESOLUTION * natural
+        found = watch(armed, settle, margin, target)
         wanted = accurate & (returns >= 1) & ~found.unclear
         ends = found.fraction <= 1 + _LANDED
         landed = wanted & ends & (found.fraction >= 1 - _LANDED)
@@ -92,9 +93,11 @@ class ExplicitStep(AbstractFlowStep):
         retry = jnp.where(accurate & (returns < 1), returns * h, retry)
         shorter = shortened(h, found.fraction, t)
         retry = jnp.where(accurate & (returns >= 1) & found.unclear, shorter, retry)
-        following = jnp.where(landed | at_once, guess, jnp.where(plain, h * factor, retry))
+        following = jnp.where(landed | at_once, natural, jnp.where(plain, h * factor, retry))
         lands = wanted & ends & ~accepted
-        after = _Memory(following, jnp.where(lands, found.guard, NO_EVENT).astype(jnp.int32))
+        longest = jnp.where(plain, h * factor, jnp.where(accurate, natural, retry))
+        next_target = jnp.where(lands, found.guard, NO_EVENT).astype(jnp.int32)
+        after = _Memory(following, longest, next_target)
         event = jnp.where(plain, NO_EVENT, found.event)
         still_armed = jnp.where(plain, armed.armed, found.armed)
         return Attempt(accepted, taken, taken, end, event, found.caused, still_armed, after)

@@ -36,7 +36,10 @@ def direction(place: PyTree) -> PyTree:
 
 
 def time_scale(equations: Equations, t: Scalar, y: State, mode: Mode) -> Scalar:
-    """The least of the times |y′/y″| and √|y/y″| of all numbers; 1 if there is none."""
+    """A time in which the state changes: the geometric mean of the least and the largest of the
+    times |y′/y″| and √|y/y″| of all numbers, but at least a thousandth of the largest, since a rate
+    that is zero up to rounding gives a time that means nothing; 1 if there is none.
+    """
 
     def flow(t: Scalar, y: State) -> State:
         return equations.flow(t, y, mode)
@@ -48,4 +51,6 @@ def time_scale(equations: Equations, t: Scalar, y: State, mode: Mode) -> Scalar:
     times = jnp.stack([jnp.abs(slope / safe), jnp.sqrt(jnp.abs(value / safe))])
     usable = (second != 0) & (times > 0) & jnp.isfinite(times)
     least = jnp.min(jnp.where(usable, times, jnp.inf))
-    return jnp.where(jnp.isfinite(least), least, 1.0)
+    most = jnp.max(jnp.where(usable, times, 0.0))
+    found = jnp.maximum(jnp.sqrt(least) * jnp.sqrt(most), most / 1000)
+    return jnp.where(jnp.any(usable), found, 1.0)
