@@ -29,6 +29,7 @@ InverseLength = Float[Array, "..."]  # [1/m]
 Scalar = Float[Array, ""]  # one number of one lane
 Flag = Bool[Array, ""]
 Code = Int[Array, ""]
+Each = Float[Array, "..."]  # one number, or one for each of several functions
 
 Samples = Float[Array, " samples"]
 Factors = Float[Array, " impacts"]  # [1]

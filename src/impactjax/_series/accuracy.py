@@ -3,12 +3,12 @@
 import jax.numpy as jnp
 
 from impactjax._series.taylor import Series
-from impactjax._types import Scalar
+from impactjax._types import Each, Scalar
 
 LAST_TERM = 1.0  # of the series allowed, as a fraction of the tolerance
 
 
-def longest_accurate(speeds: list[Series], tolerance: Scalar) -> Scalar:
+def longest_accurate(speeds: list[Series], tolerance: Scalar) -> Each:
     """The longest step w, in units of the series, whose last terms are within the tolerance ε.
 
     A series Σ aₖ wᵏ of order p passes if each of its last four terms is small compared with the
@@ -39,14 +39,14 @@ def longest_accurate(speeds: list[Series], tolerance: Scalar) -> Scalar:
     return jnp.exp(longest)
 
 
-def _last_terms(series: Series) -> list[tuple[Scalar | int, Scalar]]:
+def _last_terms(series: Series) -> list[tuple[Each | int, Each]]:
     """The last four terms with their powers; if all vanish, also the last one that does not.
 
     A series may have gaps, so that a single last term may be zero and tells nothing. Example: at
     the surface of a cubic spring it has only t, t⁵, t⁹, ...
     """
     last = len(series) - 1
-    terms: list[tuple[Scalar | int, Scalar]] = [
+    terms: list[tuple[Each | int, Each]] = [
         (power, series[power]) for power in range(last, max(last - 4, 2), -1)
     ]
     vanish = sum(jnp.abs(term) for _, term in terms) == 0

@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool
 
 from impactjax._series.polynomial import horner_with_slope
-from impactjax._types import Code, Flag, Scalar
+from impactjax._types import Code, Each, Flag, Scalar
 
 _NEWTON_STEPS = 7
 
@@ -21,7 +22,7 @@ _NEWTON_STEPS = 7
 class Crossing(NamedTuple):
     """The first passage from positive to negative on [0, 1]."""
 
-    fraction: Scalar  # its place; infinity if there is none
+    fraction: Each  # its place; infinity if there is none
     unclear: Flag  # there may be two passages; a shorter interval is needed
 
 
@@ -30,10 +31,10 @@ class Signs(NamedTuple):
 
     first: Code  # sign of the first coefficient that is not zero
     changes: Code
-    guess: Scalar  # approximate place at which the sequence first falls through zero
+    guess: Each  # approximate place at which the sequence first falls through zero
 
 
-def bernstein(coefficients: Sequence[Scalar]) -> list[Scalar]:
+def bernstein(coefficients: Sequence[Each]) -> list[Each]:
     """Bernstein coefficients on [0, 1] of Σ aₖ wᵏ."""
     n = len(coefficients) - 1
     return [
@@ -45,7 +46,7 @@ def bernstein(coefficients: Sequence[Scalar]) -> list[Scalar]:
     ]
 
 
-def signs(control: Sequence[Scalar]) -> Signs:
+def signs(control: Sequence[Each]) -> Signs:
     """Sign changes of Bernstein coefficients, ignoring zeros."""
     sign = first = changes = jnp.zeros((), jnp.int32)
     guess = jnp.ones_like(control[0])
@@ -66,7 +67,7 @@ def signs(control: Sequence[Scalar]) -> Signs:
 
 
 def first_crossing(
-    coefficients: Sequence[Scalar], settle: Flag, margin: Scalar | float = 0.0
+    coefficients: Sequence[Each], settle: Flag, margin: Each | float = 0.0
 ) -> Crossing:
     """The first w in [0, 1] at which p(w) = Σ aₖ wᵏ falls from positive to negative.
 
@@ -102,7 +103,7 @@ def shortened(h: Scalar, fraction: Scalar, t: Scalar) -> Scalar:
     return jnp.minimum(h / 2, jnp.maximum(2 * jnp.minimum(fraction, 1.0) * h, least))
 
 
-def _root(coefficients: Sequence[Scalar], guess: Scalar) -> tuple[Scalar, Flag]:
+def _root(coefficients: Sequence[Each], guess: Each) -> tuple[Each, Bool[Array, "..."]]:
     """The only root in (0, 1] of a polynomial that is positive before it, by Newton's method within
     a bracket.
     """

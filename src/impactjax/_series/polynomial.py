@@ -8,7 +8,7 @@ from jax import lax
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Float, PyTree
 
-from impactjax._types import Scalar
+from impactjax._types import Each, Scalar
 
 Coefficients = Float[Array, " coefficients"]
 
@@ -49,7 +49,7 @@ def slope(coefficients: Coefficients) -> Float[Array, " slopes"]:
     return powers * coefficients[1:]
 
 
-def rescaled(coefficients: Sequence[Scalar], factor: Scalar) -> list[Scalar]:
+def rescaled(coefficients: Sequence[Each], factor: Scalar) -> list[Each]:
     """The coefficients of p(factor w)."""
     power, scaled = jnp.ones_like(factor), []
     for coefficient in coefficients:
@@ -66,7 +66,7 @@ def horner(coefficients: Sequence[Array], w: Scalar) -> Array:
     return value
 
 
-def horner_with_slope(coefficients: Sequence[Scalar], w: Scalar) -> tuple[Scalar, Scalar]:
+def horner_with_slope(coefficients: Sequence[Each], w: Each) -> tuple[Each, Each]:
     """Value and derivative at w, by Horner's rule."""
     value, slope = coefficients[-1], jnp.zeros_like(w)
     for coefficient in coefficients[-2::-1]:

@@ -8,9 +8,9 @@ from typing import TypeAlias
 import jax.numpy as jnp
 
 from impactjax._series.crossing import Crossing, first_crossing
-from impactjax._types import Flag, Scalar
+from impactjax._types import Each, Flag, Scalar
 
-Jet: TypeAlias = tuple[Scalar, Scalar, Scalar]
+Jet: TypeAlias = tuple[Each, Each, Each]
 
 
 def watched(jet0: Jet, jet1: Jet, h: Scalar, settle: Flag) -> Crossing:
@@ -19,7 +19,7 @@ def watched(jet0: Jet, jet1: Jet, h: Scalar, settle: Flag) -> Crossing:
     return first_crossing(coefficients, settle, margin)
 
 
-def quintic(jet0: Jet, jet1: Jet, h: Scalar) -> tuple[list[Scalar], Scalar]:
+def quintic(jet0: Jet, jet1: Jet, h: Scalar) -> tuple[list[Each], Each]:
     """The coefficients of the quintic through two jets, with time in units of the step, and its
     distance to the cubic through their values and slopes.
     """
