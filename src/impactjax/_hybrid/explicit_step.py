@@ -159,8 +159,21 @@ def _guards(
     before = _jet(equations, start.t, start.y, start.mode)
     after = _jet(equations, start.t + h, end, start.mode)
     coefficients, margin = quintic(before, after, h)
-    series = cleaned(coefficients, start.memory, tolerance)
+    sway, usual = _sway(equations, start), jnp.ones_like(h)
+    series = cleaned(coefficients, sway, usual, start.memory, tolerance)
     return arm(series, start.memory, tolerance), until_return(series), margin
+
+
+def _sway(equations: Equations, start: Point) -> Float[Array, " guards"]:
+    """The change of the guards by a disturbance of state and parameters."""
+    variable, fixed = eqx.partition(equations, eqx.is_inexact_array)
+    place = variable, start.y
+    _, change = jax.jvp(
+        lambda own, y: eqx.combine(own, fixed).guard_values(start.t, y, start.mode),
+        place,
+        direction(place),
+    )
+    return change
 
 
 def _jet(equations: Equations, t: Scalar, y: State, mode: Mode) -> tuple[Array, Array, Array]:

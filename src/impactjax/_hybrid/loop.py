@@ -139,7 +139,7 @@ def _arrived(equations: Equations, point: Point, attempt: Attempt, jump: Jump) -
     t = point.t + attempt.h
     before, event = point.memory, attempt.event
     happens = event != NO_EVENT
-    again = happens & (event == before.arrival) & (attempt.h == 0)
+    again = happens & (event == before.arrival) & (t == point.t)
     arrival = jnp.where(happens | (attempt.h > 0), event, before.arrival)
     stays = before.stays & (arrival == before.arrival) & (attempt.h == 0)
     if equations.count():

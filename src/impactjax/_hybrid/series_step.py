@@ -64,13 +64,15 @@ class SeriesStep(AbstractFlowStep):
             return with_guards(self.order, own, start.t, y, start.mode, unit)
 
         place = variable, start.y
-        (states, guards), (disturbed, _) = jax.jvp(expanded, place, direction(place))
+        (states, guards), (disturbed, swayed) = jax.jvp(expanded, place, direction(place))
         heads = states.at[0].set(jnp.maximum(jnp.abs(states[0]), packed(scale)))
         longest = jnp.min(longest_accurate([list(heads), list(disturbed)], tolerance))
         if guards[0].size:
             longest = jnp.minimum(longest, jnp.min(longest_accurate([guards], tolerance)))
         natural = jnp.minimum(longest, _LONGEST) * unit
-        planned = cleaned(rescaled(guards, natural / unit), start.memory, tolerance)
+        planned = rescaled(guards, natural / unit)
+        usual = jnp.minimum(unit / natural, 1.0)
+        planned = cleaned(planned, swayed[0], usual, start.memory, tolerance)
         h = jnp.minimum(jnp.minimum(natural, cap), natural * until_return(planned))
         armed = arm(rescaled(planned, h / natural), start.memory, tolerance)
         found = watch(armed, h <= _RESOLUTION * natural, 0.0, jnp.int32(NO_EVENT))

@@ -12,7 +12,7 @@ from impactjax._series.crossing import first_crossing
 from impactjax._series.polynomial import horner_with_slope
 from impactjax._types import Code, Flag, Scalar
 
-_ROUNDING = 4096.0  # units in the last place of a guard's largest term
+_ROUNDING = 4096.0  # units in the last place of the size of a guard
 _CLOSE = 0.5  # of a step: at most as far ahead is the zero of a guard being landed on
 _FLIGHTS = 2.0  # a step from a guard is at most as long as this many expected returns to it
 
@@ -50,19 +50,27 @@ class Found(NamedTuple):
     armed: Bool[Array, " guards"]
 
 
-def cleaned(series: Guards, memory: Memory, tolerance: Scalar) -> Guards:
+def cleaned(
+    series: Guards, sway: Float[Array, " guards"], usual: Scalar, memory: Memory, tolerance: Scalar
+) -> Guards:
     """Guards that start at exactly zero if they are zero up to rounding.
+
+    `sway` is the change of the guards if all numbers that they are made of change by their size,
+    `usual` the length of a usual step. A guard's size is its own within the time in which its slope
+    changes, or its sway: a step of exact flights is so long that all would be zero in comparison.
 
     Just after an event, a guard counts as zero within the tolerance, since an event at the same
     time is known no better. The guard of the event itself counts as zero if the jump left it there.
     """
-    value = series[0]
-    size = jnp.max(jnp.abs(jnp.stack(series)), axis=0)
+    value, slope, bend = map(jnp.abs, series[:3])
+    turn = jnp.where(bend == 0, usual, slope / jnp.where(bend == 0, 1.0, bend))
+    path = slope * jnp.minimum(turn, usual)
+    size = jnp.maximum(jnp.maximum(value, path), jnp.abs(sway))
     here = jnp.arange(value.size, dtype=jnp.int32) == memory.arrival
     rounding = _ROUNDING * np.finfo(value.dtype).eps
     allowed = jnp.where(memory.arrival != NO_EVENT, tolerance, rounding)
-    zero = (jnp.abs(value) <= allowed * size) | (here & memory.stays)
-    return [jnp.where(zero, 0.0, value), *series[1:]]
+    zero = (value <= allowed * size) | (here & memory.stays)
+    return [jnp.where(zero, 0.0, series[0]), *series[1:]]
 
 
 def until_return(series: Guards) -> Scalar:
