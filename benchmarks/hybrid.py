@@ -22,7 +22,7 @@ PARAMETERS = jnp.array([6.0, 0.01, 0.75])
 
 
 class Swing(ij.HybridSystem):
-    """Copies of a pendulum with a stop, so that the state has 2 n numbers; the first one meets it."""
+    """Copies of a pendulum, of which the first one meets a stop: a state of 2 n numbers."""
 
     omega: Array
     zeta: Array
