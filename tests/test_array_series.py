@@ -159,7 +159,9 @@ def test_derivatives_and_batches_of_operations():
     for name in SOME:
         expected = np.arange(1, 5).reshape(-1, *[1] * (value[name].ndim - 1)) * value[name][1:]
         size = np.max(np.abs(expected))
-        np.testing.assert_allclose(forward[name][:-1] * UNIT, expected, 1e-11, 1e-13 * size, name)
+        np.testing.assert_allclose(
+            forward[name][:-1] * UNIT, expected, 1e-11, 1e-13 * size, err_msg=name
+        )
         np.testing.assert_allclose(batch[name][0], value[name], 1e-13, 1e-15, err_msg=name)
         paired += np.vdot(np.cos(value[name]), forward[name])
     np.testing.assert_allclose(reverse, paired, rtol=1e-12)
@@ -230,5 +232,6 @@ def test_taylor_solver_of_bodies_with_distances():
     )
     start = np.concatenate([np.ravel(q), np.ravel(v)])
     theirs = solve_ivp(by_hand, (0, 0.5), start, "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    assert solution.ys is not None
     ours = np.concatenate([np.ravel(each) for each in solution.ys])
     np.testing.assert_allclose(ours, theirs, atol=1e-10)

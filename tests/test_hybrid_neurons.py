@@ -73,7 +73,7 @@ def test_a_spike_that_causes_another(found, slopes):
     np.testing.assert_array_equal(log.transition[:3], [0, 1, 0])
     np.testing.assert_allclose(log.t[:3], pushed(PUSHED), rtol=1e-8)
     assert log.t[1] == log.t[0]
-    np.testing.assert_allclose(log.after[1], [PUSHED[2], 0.0], atol=1e-12)
+    np.testing.assert_allclose(log.after[1], np.array([PUSHED[2], 0.0]), atol=1e-12)
     np.testing.assert_allclose(slopes[0][1, :3], jax.jacfwd(pushed)(PUSHED), rtol=1e-6, atol=1e-8)
 
 

@@ -77,7 +77,7 @@ def followed(rates, gaps, impact, y0, end, times):
         def event(t, y, gap=gap):
             return gap(y)
 
-        event.terminal, event.direction = True, -1
+        vars(event).update(terminal=True, direction=-1)
         events.append(event)
     while True:
         run = solve_ivp(
@@ -284,7 +284,7 @@ def test_cradle_of_springs_hands_on_the_speed():
         system.start(0.0, q, v),
         [0.2],
         tolerance=1e-10,
-        scale=ij.MechanicalState(q=1e-6 * np.ones(5), v=1e-3 * np.ones(5), internal=((),) * 4),
+        scale=ij.MechanicalState(q=jnp.full(5, 1e-6), v=jnp.full(5, 1e-3), internal=((),) * 4),
     )
     run = solve_ivp(rates, (0, 0.2), [*q, *v], "DOP853", rtol=1e-11, atol=1e-14, max_step=1e-4)
     assert found.result == ij.RESULTS.successful
