@@ -69,6 +69,7 @@ class SeriesStep(AbstractFlowStep):
         longest = jnp.min(longest_accurate([list(heads), list(disturbed)], tolerance))
         if guards[0].size:
             longest = jnp.minimum(longest, jnp.min(longest_accurate([guards], tolerance)))
+        longest = jnp.where(jnp.all(jnp.isfinite(jnp.stack(guards))), longest, jnp.nan)
         natural = jnp.minimum(longest, _LONGEST) * unit
         planned = rescaled(guards, natural / unit)
         usual = jnp.minimum(unit / natural, 1.0)
