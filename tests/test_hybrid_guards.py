@@ -1,4 +1,4 @@
-"""Which falls of a guard are events: on a clock, whose guards are polynomials of time."""
+"""Falls of a guard that are events: on a clock, whose guards are polynomials of time."""
 
 import diffrax
 import jax

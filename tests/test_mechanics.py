@@ -11,7 +11,6 @@ from scipy.integrate import solve_ivp
 
 import impactjax as ij
 from impactjax._model.law import AbstractLaw
-from impactjax._simulate.taylor_step import TaylorStep
 from tiers import thorough
 
 G = 9.81
@@ -251,55 +250,3 @@ def test_derivative_of_a_release():
     expected = after**3 / 12 + growth * after**2 / 4 * 2 * G / growth**2
     for gradient in (jax.jacfwd(height), jax.jacrev(height)):
         np.testing.assert_allclose(gradient(jnp.array(growth)), expected, rtol=1e-8)
-
-
-def test_cradle_of_springs_hands_on_the_speed():
-    """Five touching balls with linear springs between them, hit by the first."""
-    k = 1e4
-
-    class Cradle(ij.AbstractMechanism):
-        def mass_matrix(self, q):
-            return jnp.eye(5)
-
-        def potential(self, t, q):
-            return jnp.zeros(())
-
-        def force(self, t, q, v):
-            return jnp.zeros_like(q)
-
-        def contacts(self):
-            law = ij.KelvinVoigt(omega0=np.sqrt(2 * k), gamma=0.0)  # the effective mass is a half
-            return [ij.Contact(partial(lambda i, q: q[i + 1] - q[i], i), law) for i in range(4)]
-
-    q, v = np.array([-0.01, 0.0, 1e-9, 2e-9, 3e-9]), np.array([1.0, 0, 0, 0, 0])
-
-    def rates(t, y):
-        squeeze = np.maximum(y[:4] - y[1:5], 0.0) * k
-        push = np.concatenate([[0.0], squeeze]) - np.concatenate([squeeze, [0.0]])
-        return np.concatenate([y[5:], push])
-
-    system = ij.MechanicalSystem(Cradle())
-    found = ij.solve(
-        system,
-        system.start(0.0, q, v),
-        [0.2],
-        tolerance=1e-10,
-        scale=ij.MechanicalState(q=jnp.full(5, 1e-6), v=jnp.full(5, 1e-3), internal=((),) * 4),
-    )
-    run = solve_ivp(rates, (0, 0.2), [*q, *v], "DOP853", rtol=1e-11, atol=1e-14, max_step=1e-4)
-    assert found.result == ij.RESULTS.successful
-    np.testing.assert_allclose(found.ys.v[0], run.y[5:, -1], atol=2e-6)
-    np.testing.assert_allclose(jnp.sum(found.ys.v[0]), 1.0, rtol=1e-12)
-    np.testing.assert_allclose(jnp.sum(found.ys.v[0] ** 2), 1.0, rtol=1e-9)
-    assert found.ys.v[0, 4] > 0.9
-
-
-def test_large_systems_take_runge_kutta_steps_and_small_ones_series():
-    from impactjax._hybrid.default_step import default_step
-    from impactjax._hybrid.ends import as_start
-    from impactjax._hybrid.equations import Equations
-
-    system = ij.MechanicalSystem(cart_pendulum(ij.Restitution(0.5)))
-    start = as_start(system.start(0.0, [0.0, 1.0], [0.8, -1.0]), np.dtype(float))
-    assert type(default_step(Equations(system), start, 1e-8)).__name__ == "ExplicitStep"
-    assert TaylorStep(9).of_flows().order == 9
