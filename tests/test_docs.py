@@ -13,8 +13,15 @@ from tiers import mostly_thorough
 ROOT = Path(__file__).parent.parent
 PAGES = [*ROOT.glob("*.md"), ROOT / "data" / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SLOW = (
-    *("couplings.md", "design.md", "engine.md", "fitting.md", "how-do-i.md", "multiple-scales.md"),
-    *("other-libraries.md", "several-recordings.md", "studies.md", "your-own.md"),
+    *("couplings.md", "design.md", "diffrax-events.md", "engine.md", "fitting.md", "how-do-i.md"),
+    *(
+        "hybrid-systems.md",
+        "multiple-scales.md",
+        "other-libraries.md",
+        "several-recordings.md",
+        "studies.md",
+        "your-own.md",
+    ),
 )
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
