@@ -35,11 +35,11 @@ def states(y0, amplitude, time):
 def closed(y0, amplitude, time):
     """The same in closed form."""
 
+    def forced(rate, t):
+        return amplitude * (rate * jnp.sin(9 * t) - 9 * jnp.cos(9 * t)) / (rate**2 + 81)
+
     def decayed(y, rate, begin, t):
-        forced = (rate - 9.0j) * jnp.exp(9.0j * t) / (rate**2 + 81.0)
-        first = (rate - 9.0j) * jnp.exp(9.0j * begin) / (rate**2 + 81.0)
-        own = amplitude * (forced - jnp.exp(-rate * (t - begin)) * first)
-        return y * jnp.exp(-rate * (t - begin)) + own.imag
+        return forced(rate, t) + (y - forced(rate, begin)) * jnp.exp(-rate * (t - begin))
 
     middle = decayed(y0, RATES[0], 0.0, time)
     later = decayed(middle, RATES[1], time, TS)

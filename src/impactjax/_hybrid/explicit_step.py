@@ -16,8 +16,9 @@ from impactjax._hybrid.step import AbstractFlowStep, Attempt
 from impactjax._hybrid.system import Mode, State
 from impactjax._hybrid.watch import Armed, arm, cleaned, until_return, watch
 from impactjax._series.crossing import shortened
+from impactjax._series.polynomial import horner
 from impactjax._series.quintic import quintic
-from impactjax._types import Code, Scalar
+from impactjax._types import Code, Flag, Scalar
 
 if TYPE_CHECKING:
     import diffrax
@@ -27,6 +28,8 @@ _SHRINK, _GROW = 0.2, 10.0  # limits of the ratio of successive steps
 _FIRST = 0.1  # the first step to try, in units of the time in which the state changes
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural step
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
+_INSIDE = (0.31, 0.62)  # shares of a step at which guards are checked
+_SEEN = 0.1  # error of a guard there, relative to its size
 _LANDED = math.sqrt(np.finfo(float).eps)  # distance to the event, as a fraction of the step
 
 _Numbers = Float[Array, " numbers"]
@@ -68,12 +71,13 @@ class ExplicitStep(AbstractFlowStep):
         order = self._order()
         h, natural, target = memory.step
         end, ratio = self._with_error(equations, start, h, scale)
-        armed, returns, margin = _guards(equations, start, end, h, tolerance)
+        armed, returns, margin, coarse = _guards(equations, start, end, h, tolerance)
         ratio = ratio / (_LOCAL * tolerance)
         defined = jnp.all(jnp.isfinite(jnp.stack(armed.series))) & ~jnp.isnan(ratio)
         ratio = jnp.where(defined, ratio, jnp.inf)  # otherwise the step is much too long
-        accurate = ratio <= 1
+        accurate = (ratio <= 1) & ~coarse
         factor = jnp.clip(_SAFETY * jnp.maximum(ratio, 1e-30) ** (-1 / order), _SHRINK, _GROW)
+        factor = jnp.where(coarse, jnp.minimum(factor, 0.5), factor)
 
         settle = h <= _RESOLUTION * natural
         found = watch(armed, settle, margin, target)
@@ -150,18 +154,51 @@ class ExplicitStep(AbstractFlowStep):
 
 def _guards(
     equations: Equations, start: Point, end: State, h: Scalar, tolerance: Scalar
-) -> tuple[Armed, Scalar, Float[Array, " guards"]]:
-    """The guards of a step, the share of it that their expected return allows, and their error."""
+) -> tuple[Armed, Scalar, Float[Array, " guards"], Flag]:
+    """The guards of a step, the share of it that their expected return allows, their error, and
+    true if the step is too coarse for them: the flow need not show how a guard changes.
+    """
     if not equations.count():
         nothing = jnp.zeros(0, h.dtype)
         armed = Armed([nothing] * 6, start.memory.armed, start.memory.armed)
-        return armed, jnp.full_like(h, jnp.inf), nothing
+        return armed, jnp.full_like(h, jnp.inf), nothing, jnp.zeros((), bool)
     before = _jet(equations, start.t, start.y, start.mode)
     after = _jet(equations, start.t + h, end, start.mode)
     coefficients, margin = quintic(before, after, h)
     sway, usual = _sway(equations, start), jnp.ones_like(h)
     series = cleaned(coefficients, sway, usual, start.memory, tolerance)
-    return arm(series, start.memory, tolerance), until_return(series), margin
+    ends = jnp.stack([before[0], after[0], h * before[1], h * after[1]])
+    coarse = _differs(equations, start, end, h, coefficients, ends)
+    return arm(series, start.memory, tolerance), until_return(series), margin, coarse
+
+
+def _differs(
+    equations: Equations,
+    start: Point,
+    end: State,
+    h: Scalar,
+    coefficients: list[Float[Array, " guards"]],
+    ends: Float[Array, "four guards"],
+) -> Flag:
+    """True if guards inside the step differ from their quintics."""
+    t, y, mode, _ = start
+    rates = equations.flow(t, y, mode), equations.flow(t + h, end, mode)
+
+    def inside(w: float) -> State:
+        """The state at a share of the step, by the cubic through both ends."""
+        a, b = (1 + 2 * w) * (1 - w) ** 2, w**2 * (3 - 2 * w)
+        c, d = w * (1 - w) ** 2, w**2 * (w - 1)
+        return jax.tree.map(
+            lambda y0, y1, f0, f1: a * y0 + b * y1 + h * (c * f0 + d * f1), y, end, *rates
+        )
+
+    found = jnp.zeros((), bool)
+    for w in _INSIDE:
+        value = equations.guard_values(t + w * h, inside(w), mode)
+        expected = horner(coefficients, jnp.asarray(w, h.dtype))
+        size = jnp.max(jnp.abs(jnp.stack([*ends, value])), axis=0)
+        found = found | jnp.any(jnp.abs(value - expected) > _SEEN * size)
+    return found
 
 
 def _sway(equations: Equations, start: Point) -> Float[Array, " guards"]:

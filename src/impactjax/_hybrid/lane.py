@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, ArrayLike, Bool, Int, PyTree
+from jaxtyping import Array, ArrayLike, Bool, PyTree
 
 from impactjax._hybrid.system import Mode, State
 from impactjax._results import RESULTS
@@ -59,6 +59,7 @@ class Run(eqx.Module):
     """Task of a lane: to go from its start to `t1`.
 
     - `arrays`: the arrays of the equations.
+    - `mark`, `marks`: the lane stops earlier at this number of events of this transition.
     """
 
     arrays: PyTree
@@ -66,6 +67,8 @@ class Run(eqx.Module):
     t1: Scalar
     tolerance: Scalar
     scale: State  # sizes below which numbers need no accuracy
+    mark: Code
+    marks: Code
     verdict: RESULTS  # why it cannot run, or successful
 
 
@@ -89,7 +92,7 @@ class Lane(NamedTuple):
     """State of a lane between passes."""
 
     point: Point
-    events: Int[Array, ""]
+    marks: Code  # number of events of the transition that is counted
     result: RESULTS
     done: Flag
 

@@ -125,11 +125,13 @@ def _pass(step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane) -> tup
         taken=taken,
         last=last,
     )
+    marks = lane.marks + (moved & (event != NO_EVENT) & (event == run.mark)).astype(jnp.int32)
+    full = moved & (marks >= run.marks)
     lane = Lane(
         choose(moved, after, still),
-        lane.events + (moved & (event != NO_EVENT)).astype(jnp.int32),
+        marks,
         RESULTS.where(lane.done, lane.result, result),
-        lane.done | failed | (taken & (last | jump.ends)) | (moved & (after.t > run.t1)),
+        lane.done | failed | full | (taken & (last | jump.ends)) | (moved & (after.t > run.t1)),
     )
     return lane, choose(taken, row, _row_without_step(point))
 

@@ -124,7 +124,7 @@ def _section(
     tolerance: Scalar,
     scale: State,
 ) -> Section:
-    equations = Equations(marked)
+    equations, number = Equations(marked), jnp.int32(marked.number())
     variable, fixed = eqx.partition(equations, eqx.is_array)
     first = begin(step, equations, start)
 
@@ -136,15 +136,16 @@ def _section(
     def one_part(carry: _Carry) -> _Carry:
         point = begin(step, equations, carry.start)
         end = jnp.full_like(point.t, jnp.inf)
-        run = Run(variable, point, end, tolerance, scale, carry.result)
+        left = skip + keep - carry.passed
+        run = Run(variable, point, end, tolerance, scale, number, left, carry.result)
         record = record_steps(step, fixed, _ROWS, jax.lax.stop_gradient(run))
         path = differentiable_path(step, fixed, variable, point.t, point.y, record)
-        crosses = record.log.taken & (record.log.event == marked.number())
+        crosses = record.log.taken & (record.log.event == number)
         place = carry.passed + jnp.cumsum(crosses, dtype=jnp.int32) - 1 - skip
         place = jnp.where(crosses & (place >= 0), place, keep)
         found = Crossings(path.t + path.h, path.end, path.next_y)
         crossings = jax.tree.map(
-            lambda kept, new: kept.at[place].set(new, mode="drop"), carry.crossings, found
+            lambda kept, new: _placed(kept, new, place), carry.crossings, found
         )
         more = jnp.sum(crosses, dtype=jnp.int32)
         idle = jnp.where(more > 0, 0, carry.idle + 1).astype(jnp.int32)
@@ -162,3 +163,13 @@ def _section(
     carry = _Carry(begun, nothing, zero, zero, RESULTS.successful)
     done = jax.lax.while_loop(unfinished, one_part, carry)
     return Section(*done.crossings, done.start, done.result)
+
+
+def _placed(kept: Array, new: Array, place: Array) -> Array:
+    """Rows with some of the new ones at their places. A select, since some options of the compiler
+    abort on a scatter here.
+    """
+    rows = jnp.arange(kept.shape[0], dtype=place.dtype)
+    at = place[None, :] == rows[:, None]
+    here = jnp.any(at, axis=1).reshape(-1, *[1] * (kept.ndim - 1))
+    return jnp.where(here, new[jnp.argmax(at, axis=1)], kept)

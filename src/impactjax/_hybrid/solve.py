@@ -10,7 +10,7 @@ from jaxtyping import Array, ArrayLike
 from impactjax._hybrid.arguments import as_number, as_times, check_order, check_tolerance, limit
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step
-from impactjax._hybrid.equations import Equations
+from impactjax._hybrid.equations import NO_EVENT, Equations
 from impactjax._hybrid.event_log import events_of
 from impactjax._hybrid.lane import Run, Start
 from impactjax._hybrid.loop import record_steps
@@ -124,7 +124,9 @@ def _solve(
     verdict = RESULTS.where(tolerance >= floor, RESULTS.successful, RESULTS.tolerance_too_small)
     verdict = RESULTS.where(in_order, verdict, RESULTS.times_out_of_order)
     variable, fixed = eqx.partition(equations, eqx.is_array)
-    run = jax.lax.stop_gradient(Run(variable, point, ts[-1], tolerance, scale, verdict))
+    none, never = jnp.int32(NO_EVENT), jnp.int32(jnp.iinfo(jnp.int32).max)
+    run = Run(variable, point, ts[-1], tolerance, scale, none, never, verdict)
+    run = jax.lax.stop_gradient(run)
     record = record_steps(step, fixed, max_steps, run)
     path = differentiable_path(step, fixed, variable, point.t, point.y, record)
     ys, modes = sample(step, equations, point, path, record, ts)

@@ -230,6 +230,9 @@ def _check(
     subs = jax.tree.leaves(saveat.subs, is_leaf=_is_sub)
     if saveat.dense or any(each.steps for each in subs):
         raise ValueError("Argument `saveat` must not ask for `steps` or `dense`: give `ts`.")
+    own = saveat.solver_state, saveat.controller_state, saveat.made_jump
+    if any(own):
+        raise ValueError("Argument `saveat` must not ask for states of the solver.")
     if not 0 <= term < len(terms):
         raise ValueError(
             f"Argument `term` must number one of {len(terms)} terms, but it is {term}."
