@@ -10,6 +10,7 @@ import impactjax as ij
 from hybrid_systems import Clock
 
 DECAY = diffrax.ODETerm(lambda t, y, args: -args * y)
+HALF = diffrax.ODETerm(lambda t, y, args: -0.5 * y)
 TAYLOR = ij.TaylorStep(order=12)
 RATE, TIMES = 0.3, jnp.array([0.0, 1.0, 2.5, 7.0])
 
@@ -97,3 +98,34 @@ def test_the_end_of_a_run_lasts():
     after = ij.solve(timer, own.final, jnp.array([2.0, 3.0]), max_events=2, max_steps=32)
     assert np.all(np.isnan(after.ys))
     assert after.events.count == 0
+
+
+def test_an_event_that_ends_the_run_gives_its_state():
+    def end(level):
+        event = ij.Reset(lambda t, y, args: y[0] - args)
+        saveat = diffrax.SaveAt(t0=True, t1=True)
+        return ij.solve_events(
+            HALF, TAYLOR, 0.0, 9.0, jnp.array([1.0]), level, events=[event], saveat=saveat
+        )
+
+    own = end(jnp.array(0.25))
+    np.testing.assert_allclose(own.ts, [0.0, 2 * np.log(4.0)], rtol=1e-9)
+    np.testing.assert_allclose(own.ys[:, 0], [1.0, 0.25], rtol=1e-9)
+    slope = jax.jacfwd(lambda level: end(level).ts[1])(jnp.array(0.25))
+    np.testing.assert_allclose(slope, -2 / 0.25, rtol=1e-8)
+    never = end(jnp.array(-1.0))
+    np.testing.assert_allclose(never.ys[1, 0], np.exp(-4.5), rtol=1e-9)
+
+
+def test_values_that_are_traced_come_by_args():
+    def end(level):
+        event = ij.Reset(lambda t, y, args: y[0] - level)
+        return ij.solve_events(HALF, TAYLOR, 0.0, 9.0, jnp.array([1.0]), events=[event]).ys[0, 0]
+
+    with pytest.raises(ValueError, match="give it by `args`"):
+        jax.grad(end)(jnp.array(0.25))
+
+
+def test_start_stands_for_the_first_state():
+    with pytest.raises(ValueError, match="either `y0` or"):
+        ij.solve_events(DECAY, TAYLOR, 0.0, 9.0, None, jnp.array(0.5), events=[])

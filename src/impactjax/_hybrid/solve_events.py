@@ -1,5 +1,6 @@
 """The verb `solve_events`: a differential equation with events, in the words of Diffrax."""
 
+import inspect
 import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -8,6 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Int, PyTree
 
 from impactjax._hybrid.equations import choose
@@ -52,7 +54,7 @@ def solve_events(
     solver: "diffrax.AbstractERK | AbstractMethod",
     t0: ArrayLike,
     t1: ArrayLike,
-    y0: State,
+    y0: State | None,
     args: PyTree = None,
     *,
     events: Sequence[AbstractReset],
@@ -79,19 +81,23 @@ def solve_events(
     - `y0`, `args`: as for `diffrax.diffeqsolve`; derivatives go through both.
     - `events`: `Reset` and `ResetAt` objects.
     - `saveat`: a `diffrax.SaveAt` with `t0`, `t1`, `ts`, `fn` or `subs`; the end by default. At an
-      event, values are those after it.
+      event, values are those after it. If an event ends the run, `t1` asks for the state there.
     - `term`: number of the term that holds at first.
-    - `start`: the `final` of another solution, instead of `t0`, `y0` and `term`.
+    - `start`: the `final` of another solution, where the run goes on; `y0` is then `None`, and
+      `t0` and `term` do not count.
     - `tolerance`, `scale`, `max_steps`, `max_events`: as for `solve`.
 
-    **Raises** `ValueError` for a `saveat` with `steps` or `dense`, an unknown term, and as `solve`
-    does; `TypeError` for arguments of the wrong type.
+    **Raises** `ValueError` for a `saveat` with `steps` or `dense`, an unknown term, a function that
+    holds a traced value instead of getting it by `args`, and as `solve` does; `TypeError` for
+    arguments of the wrong type.
     """
     import diffrax
 
     several = (terms,) if isinstance(terms, diffrax.ODETerm) else tuple(terms)
     wanted = diffrax.SaveAt(t1=True) if saveat is None else saveat
     _check(several, events, term, wanted)
+    if (y0 is None) == (start is None):
+        raise ValueError("Give either `y0` or, with `None` for it, `start`.")
     begin, end = jnp.asarray(t0, float), jnp.asarray(t1, float)
     subs, structure = jax.tree.flatten(wanted.subs, is_leaf=_is_sub)
     times = [_times(each, begin, end) for each in subs]
@@ -109,20 +115,21 @@ def solve_events(
         method=_method(solver),
     )
     place = jnp.argsort(order)
-    ys, own = jax.tree.map(lambda column: column[place], (solved.ys, solved.modes[0]))
+    sampled = joined, *jax.tree.map(lambda column: column[place], (solved.ys, solved.modes[0]))
     ends = np.cumsum([0, *[each.size for each in times]])
-    parts = [slice(a, b) for a, b in itertools.pairwise(ends)]
-
-    def outputs(sub: "diffrax.SubSaveAt", ts: Samples, part: slice) -> PyTree:
-        values = jax.tree.map(lambda column: column[part], ys)
-        return jax.vmap(lambda t, y: sub.fn(t, y, args))(ts, values)
-
-    saved = [outputs(*each) for each in zip(subs, times, parts, strict=True)]
+    pieces = [
+        _piece(sub, slice(a, b), sampled, solved.final)
+        for sub, (a, b) in zip(subs, itertools.pairwise(ends), strict=True)
+    ]
+    saved = [
+        jax.vmap(lambda t, y, fn=sub.fn: fn(t, y, args))(ts, ys)
+        for sub, (ts, ys, _) in zip(subs, pieces, strict=True)
+    ]
     numbers = np.array([*_numbers(events), -1])  # the last for unused rows
     return EventSolution(
-        jax.tree.unflatten(structure, times),
+        jax.tree.unflatten(structure, [ts for ts, _, _ in pieces]),
         jax.tree.unflatten(structure, saved),
-        jax.tree.unflatten(structure, [own[part] for part in parts]),
+        jax.tree.unflatten(structure, [own for _, _, own in pieces]),
         eqx.tree_at(
             lambda log: log.transition,
             solved.events,
@@ -206,6 +213,25 @@ def _times(sub: "diffrax.SubSaveAt", t0: Scalar, t1: Scalar) -> Samples:
     return jnp.concatenate(parts)
 
 
+def _piece(
+    sub: "diffrax.SubSaveAt", part: slice, sampled: tuple[Array, State, Array], final: Start
+) -> tuple[Array, State, Array]:
+    """Times, states and terms of an output; with the end of a run that an event has ended as its
+    last row, if it asks for `t1`.
+    """
+    rows = jax.tree.map(lambda column: column[part], sampled)
+    if not sub.t1 or final.memory is None:
+        return rows
+    ended, end = final.memory.ended, (final.t, final.y, final.mode[0])
+    return jax.tree.map(
+        lambda column, last: jnp.concatenate(
+            [column[:-1], jnp.where(ended, last, column[-1])[None]]
+        ),
+        rows,
+        end,
+    )
+
+
 def _is_sub(node: object) -> bool:
     import diffrax
 
@@ -226,6 +252,12 @@ def _check(
     for event in events:
         check_kind("events", event, AbstractReset, "Reset(cond_fn, reset)")
         event.check(len(terms))
+    for function in filter(inspect.isfunction, jax.tree.leaves((terms, events))):
+        held = [cell.cell_contents for cell in function.__closure__ or ()]
+        if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(held)):
+            raise ValueError(
+                f"`{function.__name__}` uses a traced value from outside: give it by `args`."
+            )
     check_kind("saveat", saveat, diffrax.SaveAt, "diffrax.SaveAt(ts=ts)")
     subs = jax.tree.leaves(saveat.subs, is_leaf=_is_sub)
     if saveat.dense or any(each.steps for each in subs):
