@@ -12,16 +12,16 @@ from impactjax._known import AnyArray
 from impactjax._types import Numbers
 
 
-def limit(name: str, value: int) -> int:
-    """A whole number of at least one."""
+def limit(name: str, value: int, least: int = 1) -> int:
+    """A whole number that is not too small."""
     try:
         number = operator.index(value)
     except TypeError as error:
         raise TypeError(
             f"Argument `{name}` must be a whole number, but it is {value!r}."
         ) from error
-    if number < 1:
-        raise ValueError(f"Argument `{name}` must be at least 1, but it is {number}.")
+    if number < least:
+        raise ValueError(f"Argument `{name}` must be at least {least}, but it is {number}.")
     return number
 
 

@@ -1,5 +1,6 @@
 """The equations of a hybrid system, with the shapes and types that the engine needs."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -8,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PyTree
 
 from impactjax._hybrid.system import HybridSystem, Mode, State, Transition
+from impactjax._refusal import check_kind
 from impactjax._types import Code, Flag, Scalar
 
 NO_EVENT = -1
@@ -37,14 +39,18 @@ class Equations(eqx.Module):
 
     def count(self) -> int:
         """Number of transitions."""
-        return len(self.system.transitions())
+        return len(self.transitions())
+
+    def transitions(self) -> Sequence[Transition]:
+        """The transitions of the system."""
+        found = self.system.transitions()
+        for each in found:
+            check_kind("transitions", each, Transition, "Transition(guard, jump)")
+        return found
 
     def guards(self, t: Scalar, y: State, mode: Mode) -> list[Scalar]:
         """One value for each transition."""
-        return [
-            _guard(number, each, t, y, mode)
-            for number, each in enumerate(self.system.transitions())
-        ]
+        return [_guard(number, each, t, y, mode) for number, each in enumerate(self.transitions())]
 
     def guard_values(self, t: Scalar, y: State, mode: Mode) -> Float[Array, " guards"]:
         """The guards as one array."""
@@ -54,7 +60,7 @@ class Equations(eqx.Module):
     def jump(self, event: Code, t: Scalar, y: State, mode: Mode) -> Jump:
         """State and mode after the transition numbered `event`; unchanged for `NO_EVENT`."""
         after = Jump(y, mode, jnp.zeros_like(t), jnp.zeros((), bool))
-        for number, transition in enumerate(self.system.transitions()):
+        for number, transition in enumerate(self.transitions()):
             taken = _taken(transition, t, y, mode)
             after = choose(event == number, taken, after)
         return after

@@ -96,11 +96,12 @@ def section(
     check_kind("start", start, Start, "Start(t=0.0, y=y0)")
     check_kind("surface", surface, AbstractSurface, "Every(period)")
     keep = limit("keep", keep)
-    skip = limit("skip", skip) if skip != 0 else 0
+    skip = limit("skip", skip, least=0)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     allowed = as_number("tolerance", tolerance)
     check_tolerance(allowed, dtype)
     marked = Marked(system, surface)
+    marked.check(start)
     first = start if start.memory is not None else marked.started(start)
     begun = as_start(first, dtype)
     return _section(

@@ -178,7 +178,11 @@ def _method(solver: "diffrax.AbstractERK | AbstractMethod") -> AbstractMethod:
 
     if isinstance(solver, AbstractMethod):
         return solver
-    check_kind("solver", solver, diffrax.AbstractERK, "diffrax.Tsit5()")
+    if not isinstance(solver, diffrax.AbstractERK):
+        raise TypeError(
+            "Argument `solver` must be an explicit Runge-Kutta method with an embedded error "
+            f"estimate, such as `diffrax.Tsit5()`, or a `TaylorStep`, but it is {solver}."
+        )
     return _Explicit(solver)
 
 
@@ -249,6 +253,8 @@ def _check(
 
     for each in terms:
         check_kind("terms", each, diffrax.ODETerm, "diffrax.ODETerm(vector_field)")
+    if isinstance(events, AbstractReset):
+        raise TypeError("Argument `events` must be a list of events.")
     for event in events:
         check_kind("events", event, AbstractReset, "Reset(cond_fn, reset)")
         event.check(len(terms))

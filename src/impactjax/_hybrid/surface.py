@@ -9,6 +9,7 @@ from jaxtyping import Array, ArrayLike
 
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.system import HybridSystem, Mode, State, Tail, Transition
+from impactjax._known import is_known
 from impactjax._parameter import as_parameter
 from impactjax._types import Code, Scalar
 
@@ -38,6 +39,10 @@ class Every(AbstractSurface):
 
     period: Array = eqx.field(converter=as_parameter)
     phase: Array = eqx.field(converter=as_parameter, default=0.0)
+
+    def __check_init__(self) -> None:
+        if is_known(self.period) and not self.period > 0:
+            raise ValueError(f"Argument `period` must be positive, but it is {self.period}.")
 
     def among(self) -> None:
         return None
@@ -121,6 +126,17 @@ class Marked(HybridSystem):
         if not 0 <= own < count:
             raise ValueError(f"The system has no transition {own}: it has {count}, from 0.")
         return own
+
+    def check(self, start: Start) -> None:
+        """Raises `ValueError` for the end of a run that was no section of this system."""
+        if start.memory is None:
+            return
+        counted = isinstance(start.mode, tuple) and len(start.mode) == 2
+        if not counted or start.memory.armed.size != len(self.transitions()):
+            raise ValueError(
+                "Argument `start` is the end of another kind of run: begin a section with "
+                "`Start(t, y, mode)`, or go on from the `final` of a section."
+            )
 
     def started(self, start: Start) -> Start:
         """The start of a system, as one of this system."""

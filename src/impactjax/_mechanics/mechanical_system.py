@@ -25,6 +25,7 @@ from impactjax._mechanics.motion import (
 from impactjax._model.law import AbstractForceLaw, AbstractImpactLaw
 from impactjax._model.separation import AtZeroForce
 from impactjax._parameter import as_parameter
+from impactjax._refusal import check_kind
 from impactjax._types import Numbers, Scalar
 
 _UNCHANGED = 1e-9  # of the speed of an impact: a change of another gap's rate that is rounding
@@ -50,6 +51,9 @@ class MechanicalSystem(HybridSystem):
 
     mechanism: AbstractMechanism
     longest_sum: Array = eqx.field(converter=as_parameter, default=1e-5)
+
+    def __check_init__(self) -> None:
+        check_kind("mechanism", self.mechanism, AbstractMechanism, "CartPendulum(...)")
 
     def start(self, t: ArrayLike, q: Numbers, v: Numbers) -> Start:
         """The start of a run with coordinates `q` and their rates `v`; contacts whose gap is
