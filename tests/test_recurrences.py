@@ -105,7 +105,10 @@ SWITCHES = {
     "abs": (lambda x: jnp.abs(x - 0.5), lambda x: abs(x - 0.5)),
     "sign": (lambda x: jnp.sign(x - 0.5) * x, each(lambda x: mpmath.sign(x - 0.5) * x)),
     "max": (lambda x: jnp.maximum(x, 1 - x), lambda x: np.maximum(x, 1 - x)),
-    "min": (lambda x: jnp.minimum(x * x, 0.3), lambda x: np.minimum(x * x, 0.3)),
+    "min": (
+        lambda x: jnp.minimum(x * x, 0.3),
+        lambda x: np.minimum(x * x, np.array(mpmath.mpf(0.3), object)),
+    ),
     "select by the state": (
         lambda x: jnp.where(x > 0.5, x**2, 1.0),
         each(lambda x: x**2 if x > 0.5 else mpmath.mpf(1)),

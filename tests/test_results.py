@@ -108,7 +108,8 @@ def test_divergence_gives_step_too_small():
 
 
 def test_all_result_codes_occur_and_name_a_remedy():
-    reached = [*LANES, "stopped_through", "step_too_small"]
+    of_hybrid_systems = ["max_events_reached", "event_repeats"]
+    reached = [*LANES, "stopped_through", "step_too_small", *of_hybrid_systems]
     messages = {RESULTS[getattr(RESULTS, name)] for name in reached}
     assert len(messages) == len(RESULTS)
     for message in messages - {"successful"}:
