@@ -12,6 +12,9 @@ from jax import lax
 
 from impactjax._series.recurrences.tables import BETWEEN_SWITCHES
 from impactjax._series.taylor import solution_series
+from tiers import thorough
+
+pytestmark = thorough
 
 ORDER, START, UNIT = 12, 0.3, 0.25
 MATRIX = np.array([[0.1, 2.0, -0.5], [1.5, 0.3, 0.4], [-0.2, 0.7, 1.1]])
