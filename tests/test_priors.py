@@ -177,15 +177,18 @@ def test_left_out_parameter_counts_a_prior():
 
 
 BALL = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.85)))
-FLIGHTS = 0.6 * 0.9 ** np.arange(8)
-BOUNCES = np.cumsum(FLIGHTS) + 1e-4 * np.random.default_rng(4).standard_normal(8)
+
+
+def bounce_times(count: int) -> np.ndarray:
+    flights = 0.6 * 0.9 ** np.arange(count)
+    return np.cumsum(flights) + 1e-4 * np.random.default_rng(4).standard_normal(count)
 
 
 @thorough
 @pytest.mark.parametrize("sigma", [None, 1e-4])
 def test_scatter_from_impact_to_impact_beside_a_prior(sigma):
     """A huge error changes nothing, and a tiny one fixes, in the mixed model as well."""
-    times = ij.ImpactTimes(jnp.asarray(BOUNCES))
+    times = ij.ImpactTimes(jnp.asarray(bounce_times(24)))
     own = ij.Experiment(BALL, times, ij.InitialState(0.0, 2.9), ij.Sensor(sigma=sigma))
     plain = ij.fit(own)
     mean = float(plain.value("r")) + 0.001
@@ -198,7 +201,7 @@ def test_scatter_from_impact_to_impact_beside_a_prior(sigma):
         change = np.asarray(getattr(vague, name)) - np.asarray(getattr(plain, name))
         assert np.max(np.abs(change) / np.asarray(plain.standard_errors)) < 1e-4
         change = np.asarray(getattr(sharp, name))[1:] - np.asarray(getattr(fixed, name))
-        # Of eight times: the degrees of freedom are not exactly those of the smaller model.
+        # The degrees of freedom are not exactly those of the smaller model.
         assert np.max(np.abs(change) / np.asarray(fixed.standard_errors)) < 0.2
     assert sharp.scatter is not None
     assert float(sharp.standard_error("r")) == pytest.approx(1e-8, rel=0.1)
@@ -250,7 +253,7 @@ def test_priors_need_a_finite_mean_and_a_positive_error(numbers):
 @pytest.fixture(scope="module")
 def bounces(tmp_path_factory):
     path = tmp_path_factory.mktemp("priors") / "bounces.csv"
-    np.savetxt(path, BOUNCES, header="impact time [s]", comments="")
+    np.savetxt(path, bounce_times(8), header="impact time [s]", comments="")
     return path
 
 
