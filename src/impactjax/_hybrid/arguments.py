@@ -70,6 +70,17 @@ def check_order(t0: AnyArray, ts: AnyArray) -> None:
         )
 
 
+def as_tolerance(tolerance: ArrayLike | None, dtype: np.dtype) -> AnyArray:
+    """A tolerance that numbers of a type can meet; 1e-8, or 1e-5 in single precision, if left out.
+
+    **Raises** `ValueError` for one below the resolution of the numbers.
+    """
+    usual = 1e-8 if jnp.finfo(dtype).bits > 32 else 1e-5
+    allowed = as_number("tolerance", usual if tolerance is None else tolerance)
+    check_tolerance(allowed, dtype)
+    return allowed
+
+
 def check_tolerance(tolerance: AnyArray, dtype: np.dtype) -> None:
     """Checks that a tolerance is not below the resolution of the numbers, unless it is traced."""
     if isinstance(tolerance, Tracer):

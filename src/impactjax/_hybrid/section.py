@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from impactjax._hybrid.arguments import as_number, check_tolerance, limit
+from impactjax._hybrid.arguments import as_tolerance, limit
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step
 from impactjax._hybrid.equations import Equations
@@ -70,7 +70,7 @@ def section(
     *,
     keep: int,
     skip: int = 0,
-    tolerance: ArrayLike = 1e-8,
+    tolerance: ArrayLike | None = None,
     scale: State | None = None,
     step: AbstractMethod | None = None,
 ) -> Section:
@@ -98,8 +98,7 @@ def section(
     keep = limit("keep", keep)
     skip = limit("skip", skip, least=0)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
-    allowed = as_number("tolerance", tolerance)
-    check_tolerance(allowed, dtype)
+    allowed = as_tolerance(tolerance, dtype)
     marked = Marked(system, surface)
     marked.check(start)
     first = start if start.memory is not None else marked.started(start)

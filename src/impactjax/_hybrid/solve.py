@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike
 
-from impactjax._hybrid.arguments import as_number, as_times, check_order, check_tolerance, limit
+from impactjax._hybrid.arguments import as_number, as_times, as_tolerance, check_order, limit
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step
 from impactjax._hybrid.equations import NO_EVENT, Equations
@@ -33,7 +33,7 @@ def solve(
     start: Start,
     ts: Numbers,
     *,
-    tolerance: ArrayLike = 1e-8,
+    tolerance: ArrayLike | None = None,
     scale: State | None = None,
     max_steps: int = 4096,
     max_events: int = 64,
@@ -49,7 +49,8 @@ def solve(
 
     - `system`, `start`: the system, and where it starts.
     - `ts`: times of the samples, increasing, not before the start.
-    - `tolerance`: relative error of a step, for each number of the state.
+    - `tolerance`: relative error of a step, for each number of the state; by default 1e-8, in
+      single precision 1e-5.
     - `scale`: a tree like the state, of sizes below which a number needs no accuracy; zero if left
       out. Give it for numbers that are zero up to rounding.
     - `max_steps`: number of attempts at a step in all lanes.
@@ -82,7 +83,7 @@ def solve_run(
     start: Start,
     ts: AnyArray,
     *,
-    tolerance: ArrayLike,
+    tolerance: ArrayLike | None,
     scale: State | None,
     max_steps: int,
     max_events: int,
@@ -91,8 +92,7 @@ def solve_run(
     """`solve` for times of which some may be equal."""
     rows, max_events = limit("max_steps", max_steps), limit("max_events", max_events)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
-    allowed = as_number("tolerance", tolerance)
-    check_tolerance(allowed, dtype)
+    allowed = as_tolerance(tolerance, dtype)
     begun = as_start(start, dtype)
     return _solve(
         flow_step(method, Equations(system), begun, allowed),

@@ -61,7 +61,7 @@ def solve_events(
     saveat: "diffrax.SaveAt | None" = None,
     term: int = 0,
     start: Start | None = None,
-    tolerance: ArrayLike = 1e-8,
+    tolerance: ArrayLike | None = None,
     scale: State | None = None,
     max_steps: int = 4096,
     max_events: int = 64,

@@ -12,8 +12,8 @@ from jaxtyping import Array, ArrayLike, PyTree
 from impactjax._hybrid.arguments import (
     as_number,
     as_times,
+    as_tolerance,
     check_order,
-    check_tolerance,
     limit,
 )
 from impactjax._hybrid.chunks import CHUNK
@@ -117,9 +117,7 @@ def simulate_logged(
     check_order(begin, times)
     check_leaves((model, initial))
     dtype = jnp.result_type(float, *jax.tree.leaves((model, initial)))
-    usual = 1e-8 if jnp.finfo(dtype).bits > 32 else 1e-5
-    allowed = as_number("tolerance", usual if tolerance is None else tolerance)
-    check_tolerance(allowed, dtype)
+    allowed = as_tolerance(tolerance, dtype)
     return _simulate(
         natural_step(model, allowed) if step is None else step,
         chatter,
