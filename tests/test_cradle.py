@@ -2,7 +2,6 @@
 
 from functools import partial
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -19,7 +18,7 @@ class Cradle(ij.AbstractMechanism):
     """Balls on a line with linear springs between them."""
 
     law: ij.KelvinVoigt
-    count: int = eqx.field(static=True)
+    count: int
 
     def mass_matrix(self, q):
         return jnp.eye(self.count)

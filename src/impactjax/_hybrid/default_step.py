@@ -1,22 +1,22 @@
 """The default step of a hybrid system."""
 
 from collections.abc import Hashable
-from functools import cache
-from typing import Any
+from functools import lru_cache
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax.extend.core import Jaxpr
-from jaxtyping import ArrayLike
+from jaxtyping import Array, ArrayLike, PyTree
 
 from impactjax._hybrid.equations import Equations
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.series_step import SeriesStep, with_guards
 from impactjax._hybrid.step import AbstractFlowStep
+from impactjax._hybrid.system import Mode, State
 from impactjax._series.order import LOWEST_ORDER, natural_order
 from impactjax._series.recurrences.series import NotAnalytic
+from impactjax._types import Scalar
 
 _MOST = 150  # operations: beyond them, the program of a series takes too long to compile
 
@@ -26,7 +26,7 @@ def default_step(equations: Equations, start: Start, tolerance: ArrayLike) -> Ab
     leaves, structure = jax.tree.flatten((equations, start.t, start.y, start.mode))
     kinds = tuple(
         jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) if eqx.is_array(leaf) else leaf
-        for leaf in map(_as_array, leaves)
+        for leaf in leaves
     )
     if _suits_series(structure, kinds):
         return SeriesStep(natural_order(tolerance))
@@ -37,25 +37,21 @@ def default_step(equations: Equations, start: Start, tolerance: ArrayLike) -> Ab
     return ExplicitStep(diffrax.Dopri8())
 
 
-def _as_array(leaf: Any) -> Any:  # noqa: ANN401  a field of a system may be anything
-    return jnp.asarray(leaf) if isinstance(leaf, int | float | np.ndarray | np.generic) else leaf
-
-
-@cache
-def _suits_series(structure: Any, kinds: tuple[Hashable, ...]) -> bool:  # noqa: ANN401  JAX names no type
+@lru_cache
+def _suits_series(structure: Hashable, kinds: tuple[Hashable, ...]) -> bool:
     """True for systems of this structure, with leaves of these kinds."""
     shapes = [kind for kind in kinds if isinstance(kind, jax.ShapeDtypeStruct)]
 
-    def parts(*arrays: jax.Array) -> tuple[Equations, Any, Any, Any]:
+    def parts(*arrays: Array) -> tuple[Equations, Scalar, State, Mode]:
         rest = iter(arrays)
         leaves = [next(rest) if isinstance(kind, jax.ShapeDtypeStruct) else kind for kind in kinds]
         return jax.tree.unflatten(structure, leaves)
 
-    def evaluated(*arrays: jax.Array) -> Any:  # noqa: ANN401  a tree of the state's structure
+    def evaluated(*arrays: Array) -> tuple[State, list[Scalar]]:
         equations, t, y, mode = parts(*arrays)
         return equations.flow(t, y, mode), equations.guards(t, y, mode)
 
-    def expanded(*arrays: jax.Array) -> Any:  # noqa: ANN401
+    def expanded(*arrays: Array) -> PyTree:
         equations, t, y, mode = parts(*arrays)
         return with_guards(LOWEST_ORDER, equations, t, y, mode, jnp.ones_like(t))
 

@@ -1,5 +1,7 @@
 """Start and end of a run of a hybrid system."""
 
+from typing import TypeVar
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,8 +18,18 @@ from impactjax._hybrid.system import State
 from impactjax._known import AnyArray
 from impactjax._refusal import check_kind
 
+T = TypeVar("T")
+
+
+def with_arrays(tree: T, dtype: np.dtype) -> T:
+    """A tree with its floating-point numbers as arrays, so that their values cause no retrace."""
+    return jax.tree.map(
+        lambda leaf: jnp.asarray(leaf, dtype) if isinstance(leaf, float) else leaf, tree
+    )
+
 
 def as_start(start: Start, dtype: np.dtype) -> Start:
+    """A start made of arrays."""
     y = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), start.y)
     if not jax.tree.leaves(y):
         raise ValueError("Argument `start` has a state without numbers.")
@@ -33,6 +45,7 @@ def _as_mode(leaf: ArrayLike) -> Array:
 
 
 def as_scale(scale: State | None, y: State, dtype: np.dtype) -> State:
+    """Sizes below which numbers need no accuracy; zeros if left out."""
     like = jax.tree.map(lambda leaf: jnp.zeros(jnp.shape(leaf), dtype), y)
     return like if scale is None else alike_in_shape("scale", scale, like)
 

@@ -104,15 +104,15 @@ def alike_in_shape(name: str, tree: PyTree, like: PyTree) -> PyTree:
     """
     if jax.tree.structure(tree) != jax.tree.structure(like):
         raise ValueError(
-            f"`{name}` returned a tree of the structure {jax.tree.structure(tree)}, but the state "
-            f"or mode has {jax.tree.structure(like)}."
+            f"`{name}` gives a tree of the structure {jax.tree.structure(tree)}, but it must be "
+            f"{jax.tree.structure(like)}."
         )
 
     def shaped(path: tuple[object, ...], leaf: PyTree, like: Array) -> Array:
         if jnp.broadcast_shapes(jnp.shape(leaf), like.shape) != like.shape:
             raise ValueError(
-                f"`{name}` returned an array of shape {jnp.shape(leaf)} at "
-                f"`{jax.tree_util.keystr(path)}`, but the shape there is {like.shape}."
+                f"`{name}` gives an array of shape {jnp.shape(leaf)} at "
+                f"`{jax.tree_util.keystr(path)}`, but it must be {like.shape}."
             )
         return jnp.broadcast_to(jnp.asarray(leaf, like.dtype), like.shape)
 

@@ -83,7 +83,9 @@ class Log(NamedTuple):
     end: State  # at the end, before any jump
     event: Array  # the transition at the end, or NO_EVENT
     caused: Array  # true if the jump before has caused it, at the same time
-    next_mode: Mode  # after the event
+    next_t: Array  # start of the next step
+    next_y: State
+    next_mode: Mode
     taken: Array  # true if the pass took a step
     last: Array  # true for a step beyond the end of the run
 

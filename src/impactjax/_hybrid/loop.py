@@ -1,29 +1,22 @@
 """The adaptive loop: one attempt at a step of every lane in each pass.
 
-It handles the batch of lanes itself, so that under `vmap` the pass counter is not batched, and each
-pass writes one row of the log. It is never differentiated: see `path.py`.
+It is never differentiated: see `path.py`.
 """
-
-from collections.abc import Callable
-from typing import TypeAlias
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, PyTree
+from jaxtyping import Array
 
-from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.equations import NO_EVENT, Equations, Jump, choose
 from impactjax._hybrid.lane import Lane, Log, Memory, Point, Record, Run
+from impactjax._hybrid.passes import in_one_loop, logged_passes
 from impactjax._hybrid.step import AbstractFlowStep, Attempt
 from impactjax._hybrid.varying import alike
 from impactjax._results import RESULTS
-from impactjax._types import Flag
 
 _REPEATS = 8  # an event that repeats more often without time passing has no end
 _UNMOVED = 16.0  # a jump leaves a guard at zero if the guard grows by less than this factor
-
-_Carry: TypeAlias = tuple[Lane, Log, Array]
 
 
 def record_steps(step: AbstractFlowStep, fixed: Equations, max_steps: int, run: Run) -> Record:
@@ -32,65 +25,22 @@ def record_steps(step: AbstractFlowStep, fixed: Equations, max_steps: int, run: 
     `fixed` is all of the equations but their arrays.
     """
 
-    @jax.custom_batching.custom_vmap
-    def record_batch(runs: Run) -> Record:
-        return _loop(step, fixed, max_steps, runs)
-
-    @record_batch.def_vmap
-    def _(size: int, batched: list[PyTree], runs: Run) -> tuple[Record, Record]:
-        def merged(x: Array, is_batched: bool) -> Array:
-            x = x if is_batched else jnp.broadcast_to(x, (size, *x.shape))
-            return x.reshape(-1, *x.shape[2:])
-
-        record = record_batch(jax.tree.map(merged, runs, batched[0]))
-        split = _of_lanes(lambda x: x.reshape(size, -1, *x.shape[1:]), record)
-        return split, jax.tree.map(lambda _: True, split)._replace(passes=False)
-
-    record = record_batch(jax.tree.map(lambda x: x[None], run))
-    return _of_lanes(lambda x: x[0], record)
-
-
-def _of_lanes(change: Callable[[Array], Array], record: Record) -> Record:
-    """A record with a change of the arrays that have an axis of lanes."""
-    log, final, result = jax.tree.map(change, (record.log, record.final, record.result))
-    return Record(log, final, result, record.passes)
-
-
-def _loop(step: AbstractFlowStep, fixed: Equations, max_steps: int, runs: Run) -> Record:
-    runs = alike(runs, runs)
-    lanes = jax.vmap(_begin)(runs)
-    empty = jax.vmap(_row_without_step)(lanes.point)
-
-    def rows(count: int) -> Log:
-        return jax.tree.map(lambda x: jnp.broadcast_to(x, (count, *x.shape)), empty)
-
-    def unfinished(carry: _Carry) -> Flag:
-        lanes, log, passes = carry
-        return (passes < log.h.shape[0]) & ~jnp.all(lanes.done)
-
-    def one_pass(carry: _Carry) -> _Carry:
-        lanes, log, passes = carry
-        lanes, row = jax.vmap(lambda run, lane: _pass(step, fixed, run, lane))(runs, lanes)
-        log = jax.tree.map(lambda column, own: column.at[passes].set(own), log, row)
-        return alike((lanes, log, passes + 1), runs)
-
-    def one_chunk(carry: _Carry) -> _Carry:
-        """A chunk of passes with its own short log, which stays in the processor's cache."""
-        lanes, log, passes = carry
-        begin = alike((lanes, rows(CHUNK), jnp.int32(0)), runs)
-        lanes, chunk, more = jax.lax.while_loop(unfinished, one_pass, begin)
-        log = jax.tree.map(
-            lambda whole, part: jax.lax.dynamic_update_slice_in_dim(whole, part, passes, 0),
-            log,
-            chunk,
+    def loop(runs: Run) -> tuple[tuple[Log, Point, RESULTS], Array]:
+        runs = alike(runs, runs)
+        begun = jax.vmap(_begin)(runs)
+        lanes, log, passes = logged_passes(
+            lambda lanes: jax.vmap(lambda run, lane: _pass(step, fixed, run, lane))(runs, lanes),
+            lambda lanes: jnp.all(lanes.done),
+            begun,
+            jax.vmap(_row_without_step)(begun.point),
+            max_steps,
+            runs,
         )
-        return lanes, log, passes + more
+        result = jax.vmap(_concluded)(lanes)
+        return (log, lanes.point, result), jnp.maximum(passes, 1)
 
-    start = alike((lanes, rows(max_steps), jnp.int32(0)), runs)
-    lanes, log, passes = jax.lax.while_loop(unfinished, one_chunk, start)
-    result = jax.vmap(_concluded)(lanes)
-    log = jax.tree.map(lambda x: jnp.moveaxis(x, 0, 1), log)
-    return Record(log, lanes.point, result, jnp.maximum(passes, 1))
+    (log, final, result), passes = in_one_loop(loop, run)
+    return Record(log, final, result, passes)
 
 
 def _begin(run: Run) -> Lane:
@@ -121,6 +71,8 @@ def _pass(step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane) -> tup
         end=attempt.y,
         event=event,
         caused=attempt.caused,
+        next_t=jnp.where(last, point.t, after.t),
+        next_y=choose(last, point.y, after.y),
         next_mode=jump.mode,
         taken=taken,
         last=last,
@@ -179,7 +131,7 @@ def _diagnosed(point: Point, attempt: Attempt, after: Point) -> RESULTS:
 def _row_without_step(point: Point) -> Log:
     t, y, mode, _ = point
     nothing, one, no = jnp.zeros_like(t), jnp.ones_like(t), jnp.zeros((), bool)
-    return Log(t, y, mode, nothing, one, y, jnp.int32(NO_EVENT), no, mode, no, no)
+    return Log(t, y, mode, nothing, one, y, jnp.int32(NO_EVENT), no, t, y, mode, no, no)
 
 
 def _concluded(lane: Lane) -> RESULTS:

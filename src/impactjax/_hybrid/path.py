@@ -62,8 +62,7 @@ def differentiable_path(
         record.passes,
         FEW_STEPS,
     )
-    jumped = jax.vmap(lambda row: _next(equations, row, row.t, row.y, row.h, row.end))(log)
-    return Path(log.t, log.y, log.h, log.end, jumped[0], jumped[1], expansions)
+    return Path(log.t, log.y, log.h, log.end, log.next_t, log.next_y, expansions)
 
 
 @partial(differentiable_path.defjvp, symbolic_zeros=True)
@@ -84,12 +83,13 @@ def _(
     def body(carry: _Carry, row: tuple[Path, Log]) -> tuple[_Carry, Path]:
         return _push_forward(step, rest, varied, d_varied, carry, *row)
 
-    start = jax.tree.map(_or_zeros, (d_t0, d_y0), (t0, y0))
+    start = jax.tree.map(or_zeros, (d_t0, d_y0), (t0, y0))
     _, d_values = scan_rows(body, start, (values, record.log), record.passes)
     return values, d_values
 
 
-def _or_zeros(tangent: Array | SymbolicZero, value: Array) -> Array:
+def or_zeros(tangent: Array | SymbolicZero, value: Array) -> Array:
+    """A tangent, with its zeros as numbers."""
     return jnp.zeros_like(value) if isinstance(tangent, SymbolicZero) else tangent
 
 

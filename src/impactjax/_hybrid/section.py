@@ -9,7 +9,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from impactjax._hybrid.arguments import as_tolerance, limit
 from impactjax._hybrid.chunks import CHUNK
-from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step
+from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step, with_arrays
 from impactjax._hybrid.equations import Equations
 from impactjax._hybrid.lane import Run, Start
 from impactjax._hybrid.loop import record_steps
@@ -99,7 +99,7 @@ def section(
     skip = limit("skip", skip, least=0)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     allowed = as_tolerance(tolerance, dtype)
-    marked = Marked(system, surface)
+    marked = Marked(with_arrays(system, dtype), surface)
     marked.check(start)
     first = start if start.memory is not None else marked.started(start)
     begun = as_start(first, dtype)
@@ -129,8 +129,8 @@ def _section(
     first = begin(step, equations, start)
 
     def unfinished(carry: _Carry) -> Flag:
-        ended = begin(step, equations, carry.start).memory.ended
-        runs = (carry.result == RESULTS.successful) & ~ended
+        assert carry.start.memory is not None
+        runs = (carry.result == RESULTS.successful) & ~carry.start.memory.ended
         return runs & (carry.passed < skip + keep)
 
     def one_part(carry: _Carry) -> _Carry:

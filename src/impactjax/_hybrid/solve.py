@@ -1,7 +1,5 @@
 """The verb `solve`: hybrid system and start → solution."""
 
-from typing import TypeVar
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -9,7 +7,7 @@ from jaxtyping import Array, ArrayLike
 
 from impactjax._hybrid.arguments import as_number, as_times, as_tolerance, check_order, limit
 from impactjax._hybrid.chunks import CHUNK
-from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step
+from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step, with_arrays
 from impactjax._hybrid.equations import NO_EVENT, Equations
 from impactjax._hybrid.event_log import events_of
 from impactjax._hybrid.lane import Run, Start
@@ -24,8 +22,6 @@ from impactjax._known import AnyArray
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 from impactjax._types import Numbers, Samples, Scalar
-
-T = TypeVar("T")
 
 
 def solve(
@@ -56,7 +52,8 @@ def solve(
     - `max_steps`: number of attempts at a step in all lanes.
     - `max_events`: length of the event log.
     - `step`: a `TaylorStep` for flows that are analytic within each mode, or a `RungeKutta` for all
-      others; by default a Taylor step of the order that costs least at this tolerance.
+      others. By default, a Taylor step of the order that costs least at this tolerance if flow and
+      guards are analytic and have at most 150 operations; otherwise a Runge-Kutta step of order 8.
 
     **Raises** `ValueError` for a flow, jump or guard of the wrong shape, times out of order, and a
     flow that is not analytic with a Taylor step; `TypeError` for arguments of the wrong type.
@@ -93,7 +90,7 @@ def solve_run(
     rows, max_events = limit("max_steps", max_steps), limit("max_events", max_events)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     allowed = as_tolerance(tolerance, dtype)
-    begun = as_start(start, dtype)
+    begun, system = as_start(start, dtype), with_arrays(system, dtype)
     return _solve(
         flow_step(method, Equations(system), begun, allowed),
         -(-rows // CHUNK) * CHUNK,

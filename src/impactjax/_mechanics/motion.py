@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import jax.scipy as jsp
 from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._mechanics.mechanism import (
@@ -73,7 +74,7 @@ def _geometry(
     contacts = mechanism.contacts()
     directions = normals(contacts, y.q)
     columns = jnp.concatenate([directions.T, force[:, None]], axis=1)
-    solved = jnp.linalg.solve(mechanism.mass_matrix(y.q), columns)
+    solved = _divided(columns, mechanism.mass_matrix(y.q))
     mobility, acceleration = solved[:, :-1], solved[:, -1]
     compliance = directions @ mobility
     gap = gaps(contacts, y.q)
@@ -89,7 +90,7 @@ def motion(mechanism: AbstractMechanism, t: Scalar, y: MechanicalState, phases: 
     force = momentum_rate(mechanism, t, y.q, y.v)
     contacts = mechanism.contacts()
     if not contacts:
-        return Motion(jnp.linalg.solve(mechanism.mass_matrix(y.q), force), jnp.zeros(0, t.dtype))
+        return Motion(_divided(force, mechanism.mass_matrix(y.q)), jnp.zeros(0, t.dtype))
     place, free = _geometry(mechanism, y, force)
     push = jnp.stack(
         [_law_force(each.law, number, place, y, phases) for number, each in enumerate(contacts)]
@@ -112,7 +113,12 @@ def closing(
         return jnp.where(resting, wanted / place.compliance[0], jnp.zeros_like(wanted))
     both = resting[:, None] & resting[None, :]
     matrix = jnp.where(both, place.compliance, jnp.eye(resting.size, dtype=wanted.dtype))
-    return jnp.linalg.solve(matrix, jnp.where(resting, wanted, jnp.zeros_like(wanted)))
+    return _divided(jnp.where(resting, wanted, jnp.zeros_like(wanted)), matrix)
+
+
+def _divided(right: Array, matrix: Array) -> Array:
+    """The solution x of A x = b with a symmetric positive matrix A."""
+    return jsp.linalg.solve(matrix, right, assume_a="pos")
 
 
 def _law_force(

@@ -1,18 +1,16 @@
 """The flat adaptive loop: one attempt at a step of every lane in each pass.
 
-It handles the batch of lanes itself, so that under `vmap` the pass counter is not batched, and each
-pass writes one row of the log. It is never differentiated: see `replay.py`.
+It is never differentiated: see `replay.py`.
 """
 
-from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple, TypeAlias, TypeVar
+from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, PyTree
+from jaxtyping import Array
 
-from impactjax._hybrid.chunks import CHUNK
+from impactjax._hybrid.passes import in_one_loop, logged_passes
 from impactjax._hybrid.varying import alike
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import NO_EVENT, Automaton, initial_mode
@@ -27,72 +25,32 @@ from impactjax._simulate.transition import Context, Jump
 from impactjax._types import Code, Flag
 
 T = TypeVar("T")
-_Carry: TypeAlias = tuple["Lane", "Log", Array, Array]  # passes so far, and whether any chattered
 
 
 def record_steps(step: AbstractStep, chatter: Chatter, max_steps: int, run: Run) -> Record:
     """Runs the lane and logs its steps. Under `vmap` all lanes run in one loop."""
 
-    @jax.custom_batching.custom_vmap
-    def record_batch(runs: Run) -> Record:
-        return _loop(step, chatter, max_steps, runs)
+    def loop(runs: Run) -> tuple[tuple[Log, Point, RESULTS], tuple[Array, Flag]]:
+        runs = alike(runs, runs)
+        begun = jax.vmap(lambda run: _begin(step, run))(runs)
 
-    @record_batch.def_vmap
-    def _(size: int, batched: list[PyTree], runs: Run) -> tuple[Record, Record]:
-        def merged(x: Array, is_batched: bool) -> Array:
-            x = x if is_batched else jnp.broadcast_to(x, (size, *x.shape))
-            return x.reshape(-1, *x.shape[2:])
+        def one_pass(state: tuple[Lane, Flag]) -> tuple[tuple[Lane, Flag], Log]:
+            lanes, row, chatter_now = _pass(step, chatter, runs, state[0])
+            return (lanes, state[1] | chatter_now), row
 
-        record = record_batch(jax.tree.map(merged, runs, batched[0]))
-        split = _of_lanes(lambda x: x.reshape(size, -1, *x.shape[1:]), record)
-        everywhere = jax.tree.map(lambda _: True, split)
-        return split, everywhere._replace(passes=False, chatters=False)
-
-    record = record_batch(jax.tree.map(lambda x: x[None], run))
-    return _of_lanes(lambda x: x[0], record)
-
-
-def _of_lanes(change: Callable[[Array], Array], record: Record) -> Record:
-    """A record with a change of the arrays that have an axis of lanes."""
-    log, end, result = jax.tree.map(change, (record.log, record.end, record.result))
-    return Record(log, end, result, record.passes, record.chatters)
-
-
-def _loop(step: AbstractStep, chatter: Chatter, max_steps: int, runs: Run) -> Record:
-    runs = alike(runs, runs)
-    lanes = jax.vmap(lambda run: _begin(step, run))(runs)
-    empty = jax.vmap(_row_without_step)(lanes.point)
-
-    def rows(count: int) -> Log:
-        return jax.tree.map(lambda x: jnp.broadcast_to(x, (count, *x.shape)), empty)
-
-    def unfinished(carry: _Carry) -> Flag:
-        lanes, log, passes, _ = carry
-        return (passes < log.h.shape[0]) & ~jnp.all(lanes.done)
-
-    def one_pass(carry: _Carry) -> _Carry:
-        lanes, log, passes, chatters = carry
-        lanes, row, chatter_now = _pass(step, chatter, runs, lanes)
-        log = jax.tree.map(lambda column, own: column.at[passes].set(own), log, row)
-        return alike((lanes, log, passes + 1, chatters | chatter_now), runs)
-
-    def one_chunk(carry: _Carry) -> _Carry:
-        """A chunk of passes with its own short log, which stays in the processor's cache."""
-        lanes, log, passes, chatters = carry
-        begin = alike((lanes, rows(CHUNK), jnp.int32(0), chatters), runs)
-        lanes, chunk, more, chatters = jax.lax.while_loop(unfinished, one_pass, begin)
-        log = jax.tree.map(
-            lambda whole, part: jax.lax.dynamic_update_slice_in_dim(whole, part, passes, 0),
-            log,
-            chunk,
+        (lanes, chatters), log, passes = logged_passes(
+            one_pass,
+            lambda state: jnp.all(state[0].done),
+            (begun, jnp.zeros((), bool)),
+            jax.vmap(_row_without_step)(begun.point),
+            max_steps,
+            runs,
         )
-        return lanes, log, passes + more, chatters
+        result = jax.vmap(concluded)(runs, lanes)
+        return (log, lanes.point, result), (jnp.maximum(passes, 1), chatters)
 
-    start = alike((lanes, rows(max_steps), jnp.int32(0), jnp.zeros((), bool)), runs)
-    lanes, log, passes, chatters = jax.lax.while_loop(unfinished, one_chunk, start)
-    result = jax.vmap(concluded)(runs, lanes)
-    log = jax.tree.map(lambda x: jnp.moveaxis(x, 0, 1), log)
-    return Record(log, lanes.point, result, jnp.maximum(passes, 1), chatters)
+    (log, end, result), (passes, chatters) = in_one_loop(loop, run)
+    return Record(log, end, result, passes, chatters)
 
 
 def _pass(step: AbstractStep, chatter: Chatter, runs: Run, lanes: Lane) -> tuple[Lane, Log, Flag]:

@@ -18,6 +18,7 @@ from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Float, PyTree
 
 from impactjax._hybrid.chunks import FEW_STEPS, map_rows, scan_rows
+from impactjax._hybrid.path import or_zeros
 from impactjax._hybrid.varying import alike
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
@@ -86,7 +87,7 @@ def _(
             step, automaton, varied, d_varied, d_end, record.end.t, record.chatters, carry, *row
         )
 
-    *start, d_end = jax.tree.map(_or_zeros, (d_t0, d_y0, d_t1), (t0, y0, t1))
+    *start, d_end = jax.tree.map(or_zeros, (d_t0, d_y0, d_t1), (t0, y0, t1))
     own = _factors_of_steps(Automaton(model), values, record.log, factors, d_factors)
     _, d_values = scan_rows(body, tuple(start), (values, record.log, own), record.passes)
     return values, d_values
@@ -102,14 +103,10 @@ def _factors_of_steps(
     """The factor that belongs to the end of each step, and its tangent; `None` without factors."""
     if factors is None or d_factors is None:
         return None
-    d_factors = _or_zeros(d_factors, factors)
+    d_factors = or_zeros(d_factors, factors)
     begins = jax.vmap(automaton.begins_impact)(log.event, path.t + path.h, path.end, log.mode)
     number = jnp.cumsum(begins & log.taken, dtype=jnp.int32) - 1
     return factors_of(factors, number), factors_of(d_factors, number, beyond=0.0)
-
-
-def _or_zeros(tangent: Array | SymbolicZero, value: Array) -> Array:
-    return jnp.zeros_like(value) if isinstance(tangent, SymbolicZero) else tangent
 
 
 def _push_forward(
