@@ -138,7 +138,7 @@ def test_derivative_tests_can_fail(monkeypatch):
     whole = replay._push_forward
 
     def without_event_times(*arguments):
-        (d_t, _), *_ = arguments[-4:]
+        (d_t, _), *_ = arguments[-5:]
         (_, d_y), rows = whole(*arguments)
         return (d_t, d_y), rows._replace(h=jnp.zeros_like(rows.h))
 

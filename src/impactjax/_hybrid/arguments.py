@@ -66,7 +66,7 @@ def check_order(t0: AnyArray, ts: AnyArray) -> None:
         )
     if times[0] > times[1]:
         raise ValueError(
-            f"Argument `t0` must not be after the first sample, but {times[0]} > {times[1]}."
+            f"Argument `ts` must not begin before the start, but {times[1]} < {times[0]}."
         )
 
 

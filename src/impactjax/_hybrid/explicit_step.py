@@ -61,7 +61,7 @@ class ExplicitStep(AbstractFlowStep):
     solver: "diffrax.AbstractERK" = eqx.field(static=True)
 
     def begin(self, equations: Equations, t: Scalar, y: State, mode: Mode) -> _Memory:
-        first = _FIRST * time_scale(equations, t, y, mode)
+        first = _FIRST * time_scale(lambda t, y: equations.flow(t, y, mode), t, y)
         return _Memory(first, first, jnp.int32(NO_EVENT))
 
     def attempt(

@@ -1,12 +1,13 @@
 """The numbers of a tree as one array, and what is needed to scale them."""
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PyTree
 
-from impactjax._hybrid.equations import Equations
-from impactjax._hybrid.system import Mode, State
+from impactjax._hybrid.system import State
 from impactjax._types import Scalar
 
 
@@ -35,15 +36,11 @@ def direction(place: PyTree) -> PyTree:
     return jax.tree.unflatten(structure, [one(leaf) for leaf in leaves])
 
 
-def time_scale(equations: Equations, t: Scalar, y: State, mode: Mode) -> Scalar:
+def time_scale(flow: Callable[[Scalar, State], State], t: Scalar, y: State) -> Scalar:
     """A time in which the state changes: the geometric mean of the least and the largest of the
     times |y′/y″| and √|y/y″| of all numbers, but at least a thousandth of the largest, since a rate
     that is zero up to rounding gives a time that means nothing; 1 if there is none.
     """
-
-    def flow(t: Scalar, y: State) -> State:
-        return equations.flow(t, y, mode)
-
     rate = flow(t, y)
     _, bend = jax.jvp(flow, (t, y), (jnp.ones_like(t), rate))
     value, slope, second = packed(y), packed(rate), packed(bend)

@@ -49,7 +49,8 @@ class SeriesStep(AbstractFlowStep):
     order: int = eqx.field(static=True)
 
     def begin(self, equations: Equations, t: Scalar, y: State, mode: Mode) -> _Memory:
-        return _Memory(time_scale(equations, t, y, mode), jnp.full_like(t, jnp.inf))
+        unit = time_scale(lambda t, y: equations.flow(t, y, mode), t, y)
+        return _Memory(unit, jnp.full_like(t, jnp.inf))
 
     def attempt(
         self, equations: Equations, start: Point, tolerance: Scalar, scale: State

@@ -1,16 +1,22 @@
 """Checks of a model and its start, with a readable error for each mistake."""
 
+from functools import partial
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import PyTree
+from jaxtyping import ArrayLike, PyTree
 
-from impactjax._hybrid.arguments import real
+from impactjax._hybrid.arguments import as_number, real
+from impactjax._known import AnyArray
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.initial_state import InitialState
+from impactjax._model.initial_state import InitialState, check_angle
 from impactjax._parameter import ranges
+from impactjax._refusal import check_kind
+from impactjax._simulate.progress import Progress, progress_at
+from impactjax._simulate.step import AbstractStep
 from impactjax._types import Factors, Numbers
 
 
@@ -27,14 +33,8 @@ def as_factors(factors: Numbers, dtype: np.dtype) -> Factors:
     return array
 
 
-def check_numbers(model: ImpactOscillator, initial: InitialState) -> None:
-    """Checks that each parameter, and each part of the state, is one number."""
-    for name, value in (("position", initial.position), ("velocity", initial.velocity)):
-        if jnp.shape(value):
-            raise ValueError(
-                f"`{name}` of the initial state has shape {jnp.shape(value)}, but a run takes one "
-                "number: simulate several by `jax.vmap`."
-            )
+def check_numbers(model: ImpactOscillator) -> None:
+    """Checks that each parameter of a model is one number."""
     for part in model.parts().values():
         for name in ranges(part):
             shape = jnp.shape(getattr(part, name))
@@ -43,6 +43,49 @@ def check_numbers(model: ImpactOscillator, initial: InitialState) -> None:
                     f"`{name}` of {type(part).__name__} has shape {shape}, but a run takes one "
                     "number: simulate several by `jax.vmap`."
                 )
+
+
+def check_start(
+    model: ImpactOscillator,
+    initial: InitialState | Progress,
+    ts: AnyArray,
+    t0: ArrayLike | None,
+) -> AnyArray:
+    """Time at which a run begins, after checks of its start."""
+    if isinstance(initial, Progress):
+        if t0 is not None:
+            raise ValueError(
+                "Argument `t0` must be left out in a run that goes on from another: it begins "
+                "where that one has ended."
+            )
+        return as_number("initial.point.t", initial.point.t)
+    check_kind("initial", initial, InitialState, "InitialState(0.78)")
+    for name, value in (("position", initial.position), ("velocity", initial.velocity)):
+        if jnp.shape(value):
+            raise ValueError(
+                f"`{name}` of the initial state has shape {jnp.shape(value)}, but a run takes one "
+                "number: simulate several by `jax.vmap`."
+            )
+    check_angle(model.oscillator, initial)
+    return as_number("t0", ts[0] if t0 is None else t0)
+
+
+def check_suits(progress: Progress, step: AbstractStep, model: ImpactOscillator) -> None:
+    """Checks that a run may go on from another: with a model of the same kind, the same step, and
+    numbers of the same precision.
+    """
+    number = jax.ShapeDtypeStruct((), progress.point.t.dtype)
+    asked = jax.eval_shape(partial(progress_at, step), model, number, InitialState(0.0, 0.0))
+    if _kind(progress) != _kind(asked):
+        raise ValueError(
+            "Argument `initial` comes from a run of another kind: laws, stops, step and precision "
+            "must be the same in both runs."
+        )
+
+
+def _kind(progress: Progress) -> tuple[object, list[tuple[object, object]]]:
+    leaves, structure = jax.tree.flatten(progress)
+    return structure, [(leaf.shape, leaf.dtype) for leaf in leaves]
 
 
 def check_leaves(tree: PyTree) -> None:

@@ -10,17 +10,19 @@ from jaxtyping import Array, ArrayLike, Float, PyTree
 
 from impactjax._model.free_mass import FreeMass
 from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.initial_state import InitialState
 from impactjax._model.law import AbstractForceLaw, Internal
 from impactjax._model.separation import AbstractSeparation
 from impactjax._model.stop import Stop
 from impactjax._parameter import as_parameter
 from impactjax._results import RESULTS
-from impactjax._simulate.automaton import Automaton, with_internal
+from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.chandrupatla import Bracket, falling_zero
 from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.lane import Run
 from impactjax._simulate.loop import record_steps
+from impactjax._simulate.progress import progress_at
 from impactjax._simulate.replay import differentiable_path
 from impactjax._simulate.single_impact import LONGEST, time_scale
 from impactjax._simulate.state import Mode, Phase, State
@@ -73,11 +75,11 @@ def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar
     metered = _Metered(law=law, separation=law.separation)
     model = ImpactOscillator(FreeMass(m), Stop(metered))
     step, start = natural_step(model, tolerance), jnp.zeros_like(v)
-    y0 = with_internal(model, start, -v)
     end = LONGEST * time_scale(law, v, m)
-    run = Run(model, y0, start, end, tolerance, jnp.ones((), bool))
+    begin = progress_at(step, model, start, InitialState(start, -v))
+    run = Run(model, begin, end, tolerance, jnp.ones((), bool))
     record = record_steps(step, Chatter(), _MAX_STEPS, jax.lax.stop_gradient(run))
-    path = differentiable_path(step, model, y0, start, end, None, record)
+    path, _ = differentiable_path(step, model, begin.point.y, start, end, None, record)
 
     log = record.log
     touching = log.taken & (log.mode.phase == Phase.CONTACT)
@@ -104,7 +106,7 @@ def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar
         kinetic=(p_f - p_c) / (p_c - p_0),
         energetic=jnp.sqrt((w_f - w_c) / (w_0 - w_c)),
     )
-    ends = (record.result == RESULTS.successful) & (record.end.mode.phase != Phase.CONTACT)
+    ends = (record.result == RESULTS.successful) & (record.final.point.mode.phase != Phase.CONTACT)
     return jax.tree.map(lambda x: jnp.where(ends & jnp.any(turns), x, jnp.nan), found)
 
 

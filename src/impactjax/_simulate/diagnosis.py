@@ -7,7 +7,7 @@ from jaxtyping import PyTree
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import NO_EVENT, initial_mode
 from impactjax._simulate.flow import free_acceleration, walls
-from impactjax._simulate.lane import Lane, Run
+from impactjax._simulate.lane import Run
 from impactjax._simulate.state import Phase, State
 from impactjax._simulate.step import Outcome, Point
 from impactjax._types import Flag, Scalar
@@ -15,8 +15,9 @@ from impactjax._types import Flag, Scalar
 
 def admitted(run: Run) -> RESULTS:
     """`successful` if a lane can run, or the reason why it cannot."""
-    span = run.t1 - run.t0
-    _, inside = initial_mode(run.model, run.t0, run.y0)
+    t0, y0, *_ = run.start.point
+    span = run.t1 - t0
+    _, inside = initial_mode(run.model, t0, y0)
     held = [jnp.ones((), bool), *(each.holds for each in run.model.requirements())]
     if run.factors is not None:
         held.append(jnp.all(run.factors > 0))
@@ -24,7 +25,7 @@ def admitted(run: Run) -> RESULTS:
     result = RESULTS.where(inside, RESULTS.starts_inside_stop, RESULTS.successful)
     result = RESULTS.where(run.tolerance >= floor, result, RESULTS.tolerance_too_small)
     result = RESULTS.where(run.in_order, result, RESULTS.times_out_of_order)
-    result = RESULTS.where(_all_finite((run.y0, span)), result, RESULTS.non_finite)
+    result = RESULTS.where(_all_finite((y0, span)), result, RESULTS.non_finite)
     return RESULTS.where(jnp.all(jnp.stack(held)), result, RESULTS.impossible_parameters)
 
 
@@ -57,14 +58,12 @@ def diagnose(
     return RESULTS.where(asked & ~in_range, RESULTS.restitution_out_of_range, result)
 
 
-def concluded(run: Run, lane: Lane) -> RESULTS:
-    """The result after the last pass."""
-    t, eps = jnp.maximum(jnp.abs(run.t0), jnp.abs(run.t1)), jnp.finfo(run.t0.dtype).eps
-    coarse = (lane.result == RESULTS.successful) & (
-        eps * t * lane.speed > run.tolerance * lane.motion
-    )
-    result = RESULTS.where(coarse, RESULTS.time_too_coarse, lane.result)
-    return RESULTS.where(lane.done, result, RESULTS.max_steps_reached)
+def concluded(run: Run, motion: Scalar, speed: Scalar) -> RESULTS:
+    """`successful`, or a warning, of a lane that has reached the end of its run."""
+    times = jnp.stack([run.start.point.t, run.t1])
+    eps = jnp.finfo(times.dtype).eps
+    coarse = eps * jnp.max(jnp.abs(times)) * speed > run.tolerance * motion
+    return RESULTS.where(coarse, RESULTS.time_too_coarse, RESULTS.successful)
 
 
 def _all_finite(tree: PyTree) -> Flag:

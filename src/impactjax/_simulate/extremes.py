@@ -112,7 +112,7 @@ def extremes(
     if has_resistance(model):
         stands = (rates[..., -2] > 0) & _stands(model, record)[:, None]
         turned = jnp.minimum(turned, jnp.min(jnp.where(flying & stands, -end, far)))
-    final = (log.event == NO_EVENT) & (log.h >= record.end.t - log.t)
+    final = (log.event == NO_EVENT) & (log.h >= record.t1 - log.t)
     approaches = (rates[..., -1] > 0) & final[:, None]
     ended = jnp.min(jnp.where(flying & approaches, -end, far))
     if not is_compliant(model):

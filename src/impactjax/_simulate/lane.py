@@ -3,25 +3,25 @@
 from typing import NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, PyTree
+import jax.numpy as jnp
+from jaxtyping import Array
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._results import RESULTS
-from impactjax._simulate.chatter import Scale
+from impactjax._simulate.automaton import NO_EVENT
+from impactjax._simulate.progress import Progress
 from impactjax._simulate.state import Mode, State
-from impactjax._simulate.step import Point
 from impactjax._types import Code, Factors, Flag, Scalar
 
 
 class Run(eqx.Module):
-    """Task of a lane: to go from the state `y0` at `t0` to `t1`.
+    """Task of a lane: to go from its start to `t1`.
 
     - `factors`: factor on the speed after each impact, or `None`.
     """
 
     model: ImpactOscillator
-    y0: State
-    t0: Scalar
+    start: Progress
     t1: Scalar
     tolerance: Scalar
     in_order: Flag  # true if the sample times increase
@@ -43,25 +43,39 @@ class Log(NamedTuple):
 class Lane(NamedTuple):
     """State of a lane between passes."""
 
-    point: Point
-    begun: Scalar  # beginning of its phase [s]
-    memory: PyTree
-    scale: Scale
-    motion: Scalar  # the largest so far: how far from zero, or how long a way, of the coordinate
-    speed: Scalar  # the largest so far, in units of the coordinate
-    impacts: Code  # number of impacts that have begun
+    progress: Progress
+    impacts: Code  # number of impacts that have begun in this run
     result: RESULTS
     done: Flag
+
+
+class Whole(NamedTuple):
+    """The steps as they were taken, one row for each pass: the last one goes beyond the end of the
+    run, so that a later run can take it again.
+    """
+
+    h: Array  # duration
+    event: Array  # the transition at the end, or NO_EVENT
 
 
 class Record(NamedTuple):
     """Result of the loop."""
 
-    log: Log
-    end: Point
+    log: Log  # up to the end of the run, but the last step has the state at its own end
+    whole: Whole
+    final: Progress
+    t1: Array  # time up to which the motion is known
     result: RESULTS
     passes: Array  # of the whole batch, at least 1; not batched
     chatters: Array  # true if any lane of the batch has a summed chatter; not batched
+
+
+def cut(log: Log, t1: Scalar) -> Log:
+    """The steps up to a time, but the state at the end of the last one is not changed."""
+    beyond = log.taken & (log.h > t1 - log.t)
+    return log._replace(
+        h=jnp.where(beyond, t1 - log.t, log.h), event=jnp.where(beyond, NO_EVENT, log.event)
+    )
 
 
 def factors_of(factors: Factors, number: Array, beyond: float = 1.0) -> Array:

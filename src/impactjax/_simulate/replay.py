@@ -23,7 +23,7 @@ from impactjax._hybrid.varying import alike
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chatter import Chatter, Scale
-from impactjax._simulate.lane import Log, Record, factors_of
+from impactjax._simulate.lane import Log, Record, Whole, factors_of
 from impactjax._simulate.state import Mode, Phase, State
 from impactjax._simulate.step import AbstractStep
 from impactjax._simulate.transition import Context
@@ -31,11 +31,11 @@ from impactjax._types import Code, Factors, Flag, Scalar
 
 _Factor: TypeAlias = tuple[Scalar, Scalar] | None  # factor on a speed, and its tangent
 _PerStep: TypeAlias = Float[Array, " steps"]
-_Carry: TypeAlias = tuple[Scalar, State]  # tangents of the next start: time and state
+_Start: TypeAlias = tuple[Scalar, State]  # of the next step: time and state, or their tangents
 
 
 class Path(NamedTuple):
-    """The steps of a lane with derivatives, one row for each pass."""
+    """The steps of a lane with derivatives, one row for each pass, up to the end of the run."""
 
     t: Array
     y: State
@@ -53,28 +53,37 @@ def differentiable_path(
     t1: Scalar,
     factors: Factors | None,
     record: Record,
-) -> Path:
-    """The logged steps of a lane, differentiable with respect to `model`, `y0`, `t0`, `t1` and the
-    factors.
+) -> tuple[Path, _Start]:
+    """The logged steps of a lane, and the start of a later run, differentiable with respect to
+    `model`, `y0`, `t0`, `t1` and the factors.
     """
     del y0, t0, t1, factors
     log = record.log
+    automaton = Automaton(model)
     expansions = map_rows(
-        lambda row: step.expand(Automaton(model), row.t, row.y, row.mode, row.h, row.event),
-        log,
+        lambda row: step.expand(automaton, row[0].t, row[0].y, row[0].mode, *row[1]),
+        (log, record.whole),
         record.passes,
         FEW_STEPS,
     )
-    return Path(log.t, log.y, log.h, log.end, expansions)
+    beyond = record.whole.h > log.h
+    last = jnp.argmax(beyond)
+    row, expansion = jax.tree.map(lambda column: column[last], (log, expansions))
+    none = jnp.zeros_like(row.h)
+    where = row.t, row.y, row.mode, expansion, row.h, none
+    ended = state_within(step, automaton, record.chatters, *where)
+    end = jax.tree.map(lambda a, b: jnp.where(beyond, a, b), ended, log.end)
+    final = record.final.point
+    return Path(log.t, log.y, log.h, end, expansions), (final.t, final.y)
 
 
 @partial(differentiable_path.defjvp, symbolic_zeros=True)
 def _(
     step: AbstractStep, primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]
-) -> tuple[Path, Path]:
+) -> tuple[tuple[Path, _Start], tuple[Path, _Start]]:
     model, y0, t0, t1, factors, record = primals
     d_model, d_y0, d_t0, d_t1, d_factors, _ = tangents
-    values = differentiable_path(step, *primals)
+    values, final = differentiable_path(step, *primals)
     varies = jax.tree.map(lambda tangent: not isinstance(tangent, SymbolicZero), d_model)
     varied, constants = eqx.partition(model, varies)
     d_varied = eqx.filter(d_model, varies)
@@ -82,15 +91,16 @@ def _(
     def automaton(varied: ImpactOscillator) -> Automaton:
         return Automaton(eqx.combine(varied, constants))
 
-    def body(carry: _Carry, row: tuple[Path, Log, _Factor]) -> tuple[_Carry, Path]:
+    def body(carry: _Start, row: tuple[Path, Log, Whole, _Factor]) -> tuple[_Start, Path]:
         return _push_forward(
-            step, automaton, varied, d_varied, d_end, record.end.t, record.chatters, carry, *row
+            step, automaton, varied, d_varied, d_end, record.t1, record.chatters, carry, *row
         )
 
     *start, d_end = jax.tree.map(or_zeros, (d_t0, d_y0, d_t1), (t0, y0, t1))
     own = _factors_of_steps(Automaton(model), values, record.log, factors, d_factors)
-    _, d_values = scan_rows(body, tuple(start), (values, record.log, own), record.passes)
-    return values, d_values
+    rows = values, record.log, record.whole, own
+    d_final, d_values = scan_rows(body, tuple(start), rows, record.passes)
+    return (values, final), (d_values, d_final)
 
 
 def _factors_of_steps(
@@ -117,11 +127,12 @@ def _push_forward(
     d_t1: Scalar,
     t1: Scalar,
     chatters: Flag,
-    carry: _Carry,
+    carry: _Start,
     values: Path,
     log: Log,
+    whole: Whole,
     factor: _Factor,
-) -> tuple[_Carry, Path]:
+) -> tuple[_Start, Path]:
     """Tangents of one step: of its start, its duration, its end, and of the next start.
 
     With the start (t, y), the duration h, the end x(h; t, y, p) and the parameters p:
@@ -143,7 +154,7 @@ def _push_forward(
     happens = event != NO_EVENT
 
     def expanded(model: ImpactOscillator, t: Scalar, y: State) -> PyTree:
-        return step.expand(automaton(model), t, y, mode, jax.lax.stop_gradient(h), event)
+        return step.expand(automaton(model), t, y, mode, *whole)
 
     def flowed(model: ImpactOscillator, expansion: PyTree, h: Scalar) -> State:
         return step.evaluate(automaton(model), mode, expansion, h, jnp.zeros_like(h))
@@ -185,9 +196,8 @@ def _push_forward(
     own, d_own = (None, None) if factor is None else factor
     _, d_next = jax.jvp(jumped, (model, t + h, end, own), (d_model, d_t + d_h, d_end, d_own))
 
-    moved = jax.tree.map(
-        lambda new, old: jnp.where(log.taken, new, old), (d_t + d_h, d_next), carry
-    )
+    moves = log.taken & ~(whole.h > h)  # a later run takes the last step again
+    moved = jax.tree.map(lambda new, old: jnp.where(moves, new, old), (d_t + d_h, d_next), carry)
     return moved, Path(d_t, d_y, d_h, d_end, d_expansion)
 
 

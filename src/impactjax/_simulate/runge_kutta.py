@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _SAFETY = 0.9  # safety factor of the next step
 _SHRINK, _GROW = 0.2, 10.0  # limits of the ratio of successive steps
+_LONGEST = 100.0  # largest ratio of a step to the longest one before
 _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the first guess
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
 _CLOSE = 0.5  # time left to the surface after a step in a contact, relative to the step's duration
@@ -41,6 +42,7 @@ class _Expansion(NamedTuple):
 
 class _Memory(NamedTuple):
     h: Scalar  # [s], the duration to try; zero asks for a first guess
+    unit: Scalar  # [s], the longest so far
     target: Code  # the transition being landed on, or NO_EVENT
     speed: Scalar  # the largest so far, in units of the coordinate
     confirms: Flag  # true if a longer step from the same start was accurate
@@ -79,9 +81,9 @@ class RungeKutta(AbstractStep):
     def of_flows(self) -> ExplicitStep:
         return ExplicitStep(self.solver)
 
-    def begin(self, span: Scalar) -> _Memory:
-        zero = jnp.zeros_like(span)
-        return _Memory(zero, jnp.int32(NO_EVENT), zero, jnp.zeros((), bool))
+    def begin(self, unit: Scalar) -> _Memory:
+        zero = jnp.zeros_like(unit)
+        return _Memory(zero, unit, jnp.int32(NO_EVENT), zero, jnp.zeros((), bool))
 
     @property
     def power(self) -> int:
@@ -96,13 +98,14 @@ class RungeKutta(AbstractStep):
         self,
         automaton: Automaton,
         start: Point,
-        remaining: Scalar,
+        longest: Scalar,
         tolerance: Scalar,
         memory: _Memory,
     ) -> Outcome:
         order = self.power - 1
-        guess = jnp.minimum(_first_guess(automaton, start, tolerance, order), remaining)
-        h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), remaining)
+        longest = jnp.minimum(longest, _LONGEST * memory.unit)
+        guess = jnp.minimum(_first_guess(automaton, start, tolerance, order), longest)
+        h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), longest)
         speed = jnp.maximum(memory.speed, jnp.abs(start.y.velocity))
         grading = grading_of(automaton, start.y, start.mode, memory.target)
         end, error = _stepped(
@@ -120,7 +123,7 @@ class RungeKutta(AbstractStep):
         found = accurate & (event != NO_EVENT)
         landed = found & (jnp.abs(fraction - 1) <= math.sqrt(np.finfo(h.dtype).eps))
         at_once = found & ~unclear & (start.t + fraction * h == start.t)
-        beyond = found & (fraction > 1) & (h >= remaining)
+        beyond = found & (fraction > 1) & (h >= longest)
         plain = accurate & ~unclear & ((event == NO_EVENT) | (beyond & ~landed))
         # Of a force that is not smooth at the surface the errors of two powers may cancel in the
         # estimate, but only near one length.
@@ -137,6 +140,7 @@ class RungeKutta(AbstractStep):
         end = jax.tree.map(lambda y0, y1: jnp.where(at_once, y0, y1), start.y, end)
         taken = jnp.where(at_once, 0.0, h + correction)
 
+        unit = jnp.maximum(memory.unit, jnp.where(plain, h, 0.0))
         ends_on_event = (landed & ~unclear) | at_once
         accepted = plain | ends_on_event
         end = jax.tree.map(lambda y0, y1: jnp.where(accepted, y1, y0), start.y, end)
@@ -151,7 +155,7 @@ class RungeKutta(AbstractStep):
             taken,
             end,
             jnp.where(ends_on_event, event, NO_EVENT).astype(jnp.int32),
-            _Memory(following, target.astype(jnp.int32), speed, unconfirmed),
+            _Memory(following, unit, target.astype(jnp.int32), speed, unconfirmed),
         )
 
     def expand(

@@ -34,10 +34,10 @@ def sample(
 
     def states(pair: tuple[Array, Array]) -> State:
         row, block = pair
-        start = (path.t, path.y, log.mode, log.h, log.event)
-        t, y, mode, h, event = jax.tree.map(lambda column: column[row], start)
+        start = (path.t, path.y, log.mode, log.h, record.whole)
+        t, y, mode, h, whole = jax.tree.map(lambda column: column[row], start)
         if few:
-            expansion = step.expand(automaton, t, y, mode, h, event)
+            expansion = step.expand(automaton, t, y, mode, *whole)
         else:
             expansion = jax.tree.map(lambda column: column[row], path.expansion)
         begin = jax.lax.stop_gradient(t)

@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, PyTree
 
 from impactjax._hybrid.arguments import (
-    as_number,
     as_times,
     as_tolerance,
     check_order,
@@ -19,17 +18,23 @@ from impactjax._hybrid.arguments import (
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.varying import alike
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.initial_state import InitialState, check_angle
+from impactjax._model.initial_state import InitialState
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
-from impactjax._simulate.arguments import as_factors, check_leaves, check_numbers
-from impactjax._simulate.automaton import with_internal
+from impactjax._simulate.arguments import (
+    as_factors,
+    check_leaves,
+    check_numbers,
+    check_start,
+    check_suits,
+)
 from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.diagnosis import admitted
 from impactjax._simulate.impact_log import Impacts, impacts_of
 from impactjax._simulate.lane import Run
 from impactjax._simulate.loop import record_steps
+from impactjax._simulate.progress import Progress, progress_at
 from impactjax._simulate.replay import differentiable_path
 from impactjax._simulate.rest_log import rests_of
 from impactjax._simulate.sample import sample
@@ -42,7 +47,7 @@ T = TypeVar("T")
 
 def simulate(
     model: ImpactOscillator,
-    initial: InitialState,
+    initial: InitialState | Progress,
     ts: Numbers,
     *,
     t0: ArrayLike | None = None,
@@ -61,7 +66,8 @@ def simulate(
     **Arguments:**
 
     - `model`: the oscillator and its stops.
-    - `initial`: the state at `t0`.
+    - `initial`: the state at `t0`; or `final` of an earlier run, which goes on as if there had been
+      no cut, with derivatives across it.
     - `ts`: times at which to sample, strictly increasing, shape (samples,) [s].
     - `t0`: time of the initial state, not after the first sample [s]; by default that of the first
       sample.
@@ -90,7 +96,7 @@ def simulate(
 
 def simulate_logged(
     model: ImpactOscillator,
-    initial: InitialState,
+    initial: InitialState | Progress,
     ts: Numbers,
     t0: ArrayLike | None,
     step: AbstractStep | None,
@@ -105,26 +111,31 @@ def simulate_logged(
     when the program runs; otherwise it is zero.
     """
     check_kind("model", model, ImpactOscillator, "ImpactOscillator(Pendulum(13.0))")
-    check_kind("initial", initial, InitialState, "InitialState(0.78)")
     check_kind("chatter", chatter, Chatter, "Chatter(below=1e-3)")
     if step is not None:
         check_kind("step", step, AbstractStep, "TaylorStep()")
-    check_numbers(model, initial)
-    check_angle(model.oscillator, initial)
+    check_numbers(model)
     max_steps, max_impacts = limit("max_steps", max_steps), limit("max_impacts", max_impacts)
     times = as_times(ts)
-    begin = as_number("t0", times[0] if t0 is None else t0)
+    begin = check_start(model, initial, times, t0)
     check_order(begin, times)
-    check_leaves((model, initial))
-    dtype = jnp.result_type(float, *jax.tree.leaves((model, initial)))
+    numbers = initial.point.y if isinstance(initial, Progress) else initial
+    check_leaves((model, numbers))
+    dtype = jnp.result_type(float, *jax.tree.leaves((model, numbers)))
     allowed = as_tolerance(tolerance, dtype)
+    method = natural_step(model, allowed) if step is None else step
+    model = _cast(model, dtype)
+    if isinstance(initial, Progress):
+        check_suits(initial, method, model)
+    else:
+        initial = _cast(initial, dtype)
     return _simulate(
-        natural_step(model, allowed) if step is None else step,
+        method,
         chatter,
         -(-max_steps // CHUNK) * CHUNK,
         max_impacts,
-        _cast(model, dtype),
-        _cast(initial, dtype),
+        model,
+        initial,
         jnp.asarray(times, dtype),
         jnp.asarray(begin, dtype),
         jnp.asarray(allowed, dtype),
@@ -140,25 +151,27 @@ def _simulate(
     max_steps: int,
     max_impacts: int,
     model: ImpactOscillator,
-    initial: InitialState,
+    initial: InitialState | Progress,
     ts: Samples,
     t0: Scalar,
     tolerance: Scalar,
     logged: Flag | None,
     factors: Factors | None,
 ) -> Trajectory:
-    y0 = with_internal(model, initial.position, initial.velocity)
-    in_order = jnp.all(jnp.diff(ts) > 0) & (t0 <= ts[0])
-    asked = Run(model, y0, t0, ts[-1], tolerance, in_order, factors)
-    verdict = admitted(jax.lax.stop_gradient(asked))
+    start = initial if isinstance(initial, Progress) else progress_at(step, model, t0, initial)
+    in_order = jnp.all(jnp.diff(ts) > 0) & (start.point.t <= ts[0])
+    run = Run(model, start, ts[-1], tolerance, in_order, factors)
+    verdict = admitted(jax.lax.stop_gradient(run))
     runs = verdict == RESULTS.successful
     # The derivatives of a lane that cannot run must be finite, since they are multiplied by zero.
-    model, y0, start, times, factors = jax.tree.map(
-        lambda leaf: jnp.where(runs, leaf, jnp.ones_like(leaf)), (model, y0, t0, ts, factors)
+    model, y0, t0, times, factors = jax.tree.map(
+        lambda leaf: jnp.where(runs, leaf, jnp.ones_like(leaf)),
+        (model, start.point.y, start.point.t, ts, factors),
     )
-    run = jax.lax.stop_gradient(Run(model, y0, start, times[-1], tolerance, in_order, factors))
+    begin = start._replace(point=start.point._replace(t=t0, y=y0))
+    run = jax.lax.stop_gradient(Run(model, begin, times[-1], tolerance, in_order, factors))
     record = record_steps(step, chatter, max_steps, run)
-    path = differentiable_path(step, model, y0, start, times[-1], factors, record)
+    path, final = differentiable_path(step, model, y0, t0, times[-1], factors, record)
     position, velocity = sample(step, model, path, record, times)
     tell = partial(impacts_of, step, max_impacts)
     tell = tell if logged is None else _if_asked(logged, tell)
@@ -167,7 +180,8 @@ def _simulate(
     overflows = jnp.maximum(total, rests_total) > max_impacts
     full = RESULTS.where(overflows, RESULTS.max_impacts_reached, RESULTS.successful)
     ended = RESULTS.where(record.result == RESULTS.successful, full, record.result)
-    known = runs & (t0 <= ts) & (ts <= record.end.t)
+    known = runs & (start.point.t <= ts) & (ts <= record.t1)
+    end = record.final.point._replace(t=final[0], y=final[1])
     return Trajectory(
         ts=ts,
         position=jnp.where(known, position, jnp.nan),
@@ -176,6 +190,7 @@ def _simulate(
         rests=rests,
         nearest_miss=nearest_miss,
         magnification=magnified,
+        final=record.final._replace(point=end),
         result=RESULTS.where(runs, ended, verdict),
         stats=Stats(jnp.sum(record.log.taken, dtype=jnp.int32)),
     )

@@ -37,8 +37,8 @@ class AbstractStep(AbstractMethod):
     """
 
     @abc.abstractmethod
-    def begin(self, span: Scalar) -> PyTree:
-        """Memory before the first attempt of a run that lasts `span` [s]."""
+    def begin(self, unit: Scalar) -> PyTree:
+        """Memory before the first attempt, of a motion that changes within about `unit` [s]."""
 
     @property
     @abc.abstractmethod
@@ -54,11 +54,14 @@ class AbstractStep(AbstractMethod):
         self,
         automaton: Automaton,
         start: Point,
-        remaining: Scalar,
+        longest: Scalar,
         tolerance: Scalar,
         memory: PyTree,
     ) -> Outcome:
-        """One attempt, at most `remaining` [s] long; a step that is not accepted is tried again."""
+        """One attempt, at most `longest` [s] long, which may be infinite.
+
+        A step that is not accepted is tried again.
+        """
 
     @abc.abstractmethod
     def expand(

@@ -63,8 +63,8 @@ class TaylorStep(AbstractStep):
     def of_flows(self) -> SeriesStep:
         return SeriesStep(self.order)
 
-    def begin(self, span: Scalar) -> _Memory:
-        return _Memory(span / 100, jnp.full_like(span, jnp.inf))
+    def begin(self, unit: Scalar) -> _Memory:
+        return _Memory(unit, jnp.full_like(unit, jnp.inf))
 
     @property
     def power(self) -> int:
@@ -78,7 +78,7 @@ class TaylorStep(AbstractStep):
         self,
         automaton: Automaton,
         start: Point,
-        remaining: Scalar,
+        longest: Scalar,
         tolerance: Scalar,
         memory: _Memory,
     ) -> Outcome:
@@ -86,7 +86,7 @@ class TaylorStep(AbstractStep):
         position, internal, drive, guards = self._series(automaton, start, unit)
         speeds = [_if_free(start.y.velocity, drive, unit), *internal]
         natural = jnp.minimum(longest_accurate(speeds, tolerance), _LONGEST) * unit
-        natural = jnp.minimum(natural, remaining)
+        natural = jnp.minimum(natural, longest)
         h = jnp.minimum(natural, memory.cap)
         for guard in guards:
             h = jnp.minimum(h, _FLIGHTS * unit * _flight_time(guard))
@@ -100,7 +100,8 @@ class TaylorStep(AbstractStep):
         h = jnp.where(unclear, shorter, h * jnp.minimum(fraction, 1.0))
         expansion = _packed(start.y, position, internal, unit)
         end = self.evaluate(automaton, start.mode, expansion, h, jnp.zeros_like(h))
-        after = _Memory(natural, jnp.where(unclear, shorter, jnp.inf))
+        following = jnp.minimum(natural, jnp.maximum(_LONGEST * h, unit))
+        after = _Memory(following, jnp.where(unclear, shorter, jnp.inf))
         return Outcome(~unclear, h, end, event, after)
 
     def expand(

@@ -1,0 +1,136 @@
+"""A run of an oscillator that is cut goes on bitwise as if there had been no cut."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import impactjax as ij
+from laws import LAWS, MASS
+from tiers import mostly_thorough
+
+END, CUTS = 20.0, 997
+STEPS = 8192
+
+
+def forced(law):
+    base = ij.HarmonicMotion(4.6e-3, 2 * np.pi * 4.2, 0.0)
+    pendulum = ij.Pendulum(13.47, zeta=0.0017, length=0.071, mass=MASS, base=base)
+    return ij.ImpactOscillator(pendulum, ij.Stop(law))
+
+
+def leaning(law):
+    """A pendulum that comes to rest on its stop."""
+    pendulum = ij.Pendulum(13.47, length=0.071, mass=MASS)
+    return ij.ImpactOscillator(pendulum, ij.Stop(law, gap=-0.2))
+
+
+def with_friction(law):
+    pendulum = ij.Pendulum(13.47, length=0.071, mass=MASS, dry_friction=0.6)
+    return ij.ImpactOscillator(pendulum, ij.Stop(law))
+
+
+def run(model, start, ts, steps=STEPS):
+    t0 = 0.0 if isinstance(start, ij.InitialState) else None
+    limits = {"max_steps": steps, "max_impacts": steps // 4}
+    return ij.simulate(model, start, ts, t0=t0, tolerance=1e-10, **limits)
+
+
+def parts(model, start, edges):
+    """Position and velocity at the ends of all parts, and the last run."""
+
+    def one(final, end):
+        part = run(model, final, end[None], 1024)
+        return part.final, (part.position[0], part.velocity[0], part.result)
+
+    first = run(model, start, edges[:1], 1024)
+    final, (position, velocity, result) = jax.lax.scan(one, first.final, edges[1:])
+    position = jnp.concatenate([first.position, position])
+    return position, jnp.concatenate([first.velocity, velocity]), result, final
+
+
+def assert_same(model, start, edges):
+    whole = jax.jit(run)(model, start, edges)
+    position, velocity, result, final = jax.jit(parts)(model, start, edges)
+    assert whole.result == ij.RESULTS.successful
+    assert jnp.all(result == ij.RESULTS.successful)
+    np.testing.assert_array_equal(position, whole.position)
+    np.testing.assert_array_equal(velocity, whole.velocity)
+    jax.tree.map(np.testing.assert_array_equal, final, whole.final)
+
+
+@pytest.mark.parametrize("name", mostly_thorough(LAWS, "maxwell"))
+def test_cuts_of_a_forced_motion(name):
+    edges = jnp.linspace(0.0, END, CUTS + 1)[1:]
+    assert_same(forced(LAWS[name].law), ij.InitialState(0.05), edges)
+
+
+@pytest.mark.parametrize("make", mostly_thorough((leaning, with_friction), leaning))
+@pytest.mark.parametrize(
+    "name",
+    mostly_thorough(("linear-restitution", "kelvin-voigt", "maxwell"), "linear-restitution"),
+)
+def test_cuts_until_rest(make, name):
+    edges = jnp.linspace(0.0, 3.0, 200)[1:]
+    assert_same(make(LAWS[name].law), ij.InitialState(0.5), edges)
+
+
+@pytest.mark.parametrize("name", mostly_thorough(LAWS, "maxwell"))
+def test_derivatives_across_a_cut(name):
+    """Two cuts before the first impact, one in the contact, if it takes time, and one after it."""
+    make, values = LAWS[name]
+
+    def told(parameters, cut):
+        model, start = forced(make(*parameters[1:])), ij.InitialState(parameters[0])
+        before = run(model, start, jnp.stack([cut]), 256)
+        after = run(model, before.final, jnp.array([0.6, 0.9]), 256)
+        whole = run(model, start, jnp.array([0.6, 0.9]), 256)
+        return (after.position, after.velocity), (whole.position, whole.velocity)
+
+    impact = ij.simulate(forced(make(*values)), ij.InitialState(0.3), [0.0, 0.6]).impacts.time[0]
+    cuts = jnp.stack([0.3 * impact, 0.9 * impact, impact + 1e-4, impact + 0.1])
+    slopes = jax.jit(jax.vmap(jax.jacfwd(told), (None, 0)))
+    across, whole = slopes(jnp.array([0.3, *values]), cuts)
+    for own, other in zip(across, whole, strict=True):
+        scale = np.max(np.abs(other), axis=(0, 1))
+        np.testing.assert_allclose(own / scale, other / scale, rtol=0, atol=1e-12)
+        assert np.all(scale > 0)
+
+
+def test_start_and_end_of_a_run():
+    model, ts = forced(LAWS["restitution"].law), jnp.linspace(0.0, 0.5, 6)
+
+    def later(t0, t1):
+        before = ij.simulate(model, ij.InitialState(0.3), jnp.stack([t1]), t0=t0)
+        return ij.simulate(model, before.final, ts + 0.5).position
+
+    def at_once(t0):
+        return ij.simulate(model, ij.InitialState(0.3), ts + 0.5, t0=t0).position
+
+    begin, end = jax.jacfwd(later, (0, 1))(0.0, 0.4)
+    np.testing.assert_allclose(begin, jax.jacfwd(at_once)(0.0), rtol=1e-12)
+    np.testing.assert_array_equal(end, 0.0)
+
+
+def test_factors_of_a_later_run_are_those_of_its_own_impacts():
+    model, ts = forced(LAWS["restitution"].law), jnp.linspace(0.7, 1.4, 8)
+    factors = jnp.linspace(0.9, 1.1, 12)
+    whole = ij.simulate(model, ij.InitialState(0.3), ts, t0=0.0, factors=factors)
+    before = ij.simulate(model, ij.InitialState(0.3), [0.65], t0=0.0, factors=factors)
+    rest = factors[int(before.impacts.count) :]
+    after = ij.simulate(model, before.final, ts, factors=rest)
+    assert 0 < before.impacts.count < 12
+    np.testing.assert_array_equal(after.position, whole.position)
+
+
+def test_refusals():
+    model = forced(LAWS["maxwell"].law)
+    final = ij.simulate(model, ij.InitialState(0.3), [0.5], t0=0.0).final
+    with pytest.raises(ValueError, match="`t0` must be left out"):
+        ij.simulate(model, final, [0.6], t0=0.5)
+    with pytest.raises(ValueError, match="from a run of another kind"):
+        ij.simulate(forced(LAWS["kelvin-voigt"].law), final, [0.6])
+    with pytest.raises(ValueError, match="from a run of another kind"):
+        ij.simulate(model, final, [0.6], step=ij.RungeKutta())
+    with pytest.raises(ValueError, match="before"):
+        ij.simulate(model, final, [0.1])
