@@ -32,8 +32,8 @@ def with_friction(law):
 
 def run(model, start, ts, steps=STEPS):
     t0 = 0.0 if isinstance(start, ij.InitialState) else None
-    limits = {"max_steps": steps, "max_impacts": steps // 4}
-    return ij.simulate(model, start, ts, t0=t0, tolerance=1e-10, **limits)
+    most = steps // 4
+    return ij.simulate(model, start, ts, t0=t0, tolerance=1e-10, max_steps=steps, max_impacts=most)
 
 
 def parts(model, start, edges):

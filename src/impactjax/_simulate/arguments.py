@@ -15,7 +15,7 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState, check_angle
 from impactjax._parameter import ranges
 from impactjax._refusal import check_kind
-from impactjax._simulate.progress import Progress, progress_at
+from impactjax._simulate.lane_state import LaneState, lane_state_at
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Factors, Numbers
 
@@ -47,12 +47,12 @@ def check_numbers(model: ImpactOscillator) -> None:
 
 def check_start(
     model: ImpactOscillator,
-    initial: InitialState | Progress,
+    initial: InitialState | LaneState,
     ts: AnyArray,
     t0: ArrayLike | None,
 ) -> AnyArray:
     """Time at which a run begins, after checks of its start."""
-    if isinstance(initial, Progress):
+    if isinstance(initial, LaneState):
         if t0 is not None:
             raise ValueError(
                 "Argument `t0` must be left out in a run that goes on from another: it begins "
@@ -70,21 +70,21 @@ def check_start(
     return as_number("t0", ts[0] if t0 is None else t0)
 
 
-def check_suits(progress: Progress, step: AbstractStep, model: ImpactOscillator) -> None:
+def check_suits(state: LaneState, step: AbstractStep, model: ImpactOscillator) -> None:
     """Checks that a run may go on from another: with a model of the same kind, the same step, and
     numbers of the same precision.
     """
-    number = jax.ShapeDtypeStruct((), progress.point.t.dtype)
-    asked = jax.eval_shape(partial(progress_at, step), model, number, InitialState(0.0, 0.0))
-    if _kind(progress) != _kind(asked):
+    number = jax.ShapeDtypeStruct((), state.point.t.dtype)
+    asked = jax.eval_shape(partial(lane_state_at, step), model, number, InitialState(0.0, 0.0))
+    if _kind(state) != _kind(asked):
         raise ValueError(
             "Argument `initial` comes from a run of another kind: laws, stops, step and precision "
             "must be the same in both runs."
         )
 
 
-def _kind(progress: Progress) -> tuple[object, list[tuple[object, object]]]:
-    leaves, structure = jax.tree.flatten(progress)
+def _kind(state: LaneState) -> tuple[object, list[tuple[object, object]]]:
+    leaves, structure = jax.tree.flatten(state)
     return structure, [(leaf.shape, leaf.dtype) for leaf in leaves]
 
 

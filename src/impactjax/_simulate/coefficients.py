@@ -21,8 +21,8 @@ from impactjax._simulate.chandrupatla import Bracket, falling_zero
 from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.lane import Run
+from impactjax._simulate.lane_state import lane_state_at
 from impactjax._simulate.loop import record_steps
-from impactjax._simulate.progress import progress_at
 from impactjax._simulate.replay import differentiable_path
 from impactjax._simulate.single_impact import LONGEST, time_scale
 from impactjax._simulate.state import Mode, Phase, State
@@ -76,7 +76,7 @@ def _coefficients(law: AbstractForceLaw, tolerance: Scalar, v: Scalar, m: Scalar
     model = ImpactOscillator(FreeMass(m), Stop(metered))
     step, start = natural_step(model, tolerance), jnp.zeros_like(v)
     end = LONGEST * time_scale(law, v, m)
-    begin = progress_at(step, model, start, InitialState(start, -v))
+    begin = lane_state_at(step, model, start, InitialState(start, -v))
     run = Run(model, begin, end, tolerance, jnp.ones((), bool))
     record = record_steps(step, Chatter(), _MAX_STEPS, jax.lax.stop_gradient(run))
     path, _ = differentiable_path(step, model, begin.point.y, start, end, None, record)

@@ -9,7 +9,7 @@ from jaxtyping import Array
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._results import RESULTS
 from impactjax._simulate.automaton import NO_EVENT
-from impactjax._simulate.progress import Progress
+from impactjax._simulate.lane_state import LaneState
 from impactjax._simulate.state import Mode, State
 from impactjax._types import Code, Factors, Flag, Scalar
 
@@ -21,7 +21,7 @@ class Run(eqx.Module):
     """
 
     model: ImpactOscillator
-    start: Progress
+    start: LaneState
     t1: Scalar
     tolerance: Scalar
     in_order: Flag  # true if the sample times increase
@@ -41,9 +41,9 @@ class Log(NamedTuple):
 
 
 class Lane(NamedTuple):
-    """State of a lane between passes."""
+    """A lane between passes."""
 
-    progress: Progress
+    state: LaneState
     impacts: Code  # number of impacts that have begun in this run
     result: RESULTS
     done: Flag
@@ -63,7 +63,7 @@ class Record(NamedTuple):
 
     log: Log  # up to the end of the run, but the last step has the state at its own end
     whole: Whole
-    final: Progress
+    final: LaneState
     t1: Array  # time up to which the motion is known
     result: RESULTS
     passes: Array  # of the whole batch, at least 1; not batched

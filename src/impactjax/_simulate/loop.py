@@ -18,7 +18,7 @@ from impactjax._simulate.chatter import Chatter, Scale
 from impactjax._simulate.diagnosis import admitted, concluded, diagnose, motion
 from impactjax._simulate.disturbance import longest_step
 from impactjax._simulate.lane import Lane, Log, Record, Run, Whole, cut, factors_of
-from impactjax._simulate.progress import Progress
+from impactjax._simulate.lane_state import LaneState
 from impactjax._simulate.settling import is_settled
 from impactjax._simulate.state import Phase
 from impactjax._simulate.step import AbstractStep, Outcome, Point
@@ -43,7 +43,7 @@ def record_steps(step: AbstractStep, chatter: Chatter, max_steps: int, run: Run)
             one_pass,
             lambda state: jnp.all(state[0].done),
             (begun, jnp.zeros((), bool)),
-            jax.vmap(lambda lane: _row_without_step(lane.progress.point))(begun),
+            jax.vmap(lambda lane: _row_without_step(lane.state.point))(begun),
             max_steps,
             runs,
         )
@@ -51,17 +51,17 @@ def record_steps(step: AbstractStep, chatter: Chatter, max_steps: int, run: Run)
 
     (log, lane), (passes, chatters) = in_one_loop(loop, run)
     reached = jnp.any(log.taken & (log.t + log.h >= run.t1))
-    t1 = jnp.where(reached, run.t1, lane.progress.point.t)
+    t1 = jnp.where(reached, run.t1, lane.state.point.t)
     result = RESULTS.where(lane.done, lane.result, RESULTS.max_steps_reached)
     whole = Whole(log.h, log.event)
-    return Record(cut(log, run.t1), whole, lane.progress, t1, result, passes, chatters)
+    return Record(cut(log, run.t1), whole, lane.state, t1, result, passes, chatters)
 
 
 def _pass(step: AbstractStep, chatter: Chatter, runs: Run, lanes: Lane) -> tuple[Lane, Log, Flag]:
     """One attempt of every lane. Rare branches are skipped if no lane needs them."""
     outcomes = jax.vmap(lambda run, lane: _attempt(step, run, lane))(runs, lanes)
     outcomes = alike(outcomes, runs)
-    phase = lanes.progress.point.mode.phase
+    phase = lanes.state.point.mode.phase
     chatters = jnp.any(phase == Phase.CHATTER)
     if Automaton(runs.model).rigid_stops():
         outcomes = jax.lax.cond(
@@ -73,7 +73,7 @@ def _pass(step: AbstractStep, chatter: Chatter, runs: Run, lanes: Lane) -> tuple
             outcomes,
         )
     if Automaton(runs.model).settling():
-        speed = lanes.progress.speed
+        speed = lanes.state.speed
         slow = jnp.abs(outcomes.y.velocity) <= runs.tolerance * speed  # or it has not settled
         outcomes = jax.lax.cond(
             jnp.any(slow & (phase == Phase.CONTACT)),
@@ -102,14 +102,14 @@ def _begin(run: Run) -> Lane:
 
 
 def _attempt(step: AbstractStep, run: Run, lane: Lane) -> Outcome:
-    automaton, (point, _, begun, *_, memory) = Automaton(run.model), lane.progress
+    automaton, (point, _, begun, *_, memory) = Automaton(run.model), lane.state
     longest = longest_step(automaton, point, begun, step, run.tolerance)
     return step.attempt(automaton, point, longest, run.tolerance, memory)
 
 
 def _unless_chattering(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
     """The outcome, or the whole of a summed chatter as one step."""
-    automaton, point = Automaton(run.model), lane.progress.point
+    automaton, point = Automaton(run.model), lane.state.point
     left = automaton.time_left(point.t, point.y, point.mode)
     chattering = point.mode.phase == Phase.CHATTER
     event = jnp.int32(NO_EVENT)
@@ -122,17 +122,17 @@ def _unless_chattering(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
 
 def _settled_or_not(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
     """The outcome, with a transition to rest if the mass has settled in a compliant stop."""
-    t, _, mode, _ = lane.progress.point
+    t, _, mode, _ = lane.state.point
     settles = outcome.accepted & (outcome.event == NO_EVENT)
     settles = settles & is_settled(
         run.model,
         t + outcome.h,
         outcome.y,
         mode,
-        lane.progress.origin,
+        lane.state.origin,
         run.tolerance,
-        lane.progress.motion,
-        lane.progress.speed,
+        lane.state.motion,
+        lane.state.speed,
     )
     (number,) = Automaton(run.model).settling()
     return outcome._replace(event=jnp.where(settles, jnp.int32(number), outcome.event))
@@ -140,7 +140,7 @@ def _settled_or_not(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
 
 def _goes_beyond(run: Run, lane: Lane, outcome: Outcome) -> Flag:
     """True for a step that ends after the run."""
-    return outcome.h > run.t1 - lane.progress.point.t
+    return outcome.h > run.t1 - lane.state.point.t
 
 
 def _ends_on_event(run: Run, lane: Lane, outcome: Outcome) -> Flag:
@@ -158,7 +158,7 @@ class _Arrival(NamedTuple):
 
 
 def _arrive(chatter: Chatter, run: Run, lane: Lane, outcome: Outcome) -> _Arrival:
-    point, before = lane.progress.point, lane.progress.scale
+    point, before = lane.state.point, lane.state.scale
     flies = (point.mode.phase == Phase.FLIGHT) & (outcome.event != NO_EVENT)
     fastest = jnp.maximum(before.fastest, jnp.where(flies, jnp.abs(outcome.y.velocity), 0))
     scale = Scale(fastest, jnp.maximum(before.longest, jnp.where(flies, outcome.h, 0)))
@@ -175,13 +175,12 @@ def _arrive(chatter: Chatter, run: Run, lane: Lane, outcome: Outcome) -> _Arriva
 
 def _stay(run: Run, lane: Lane, outcome: Outcome) -> _Arrival:
     del run
-    progress = lane.progress
-    jump = Jump(outcome.y, progress.point.mode, jnp.ones((), bool))
-    return _Arrival(jump, progress.scale, lane.impacts)
+    jump = Jump(outcome.y, lane.state.point.mode, jnp.ones((), bool))
+    return _Arrival(jump, lane.state.scale, lane.impacts)
 
 
 def _proceed(run: Run, lane: Lane, outcome: Outcome, arrival: _Arrival) -> tuple[Lane, Log]:
-    before, (jump, scale, impacts) = lane.progress, arrival
+    before, (jump, scale, impacts) = lane.state, arrival
     point, t = before.point, before.point.t + outcome.h
     last = outcome.accepted & _goes_beyond(run, lane, outcome)
     largest = jnp.maximum(before.motion, motion(run, point, outcome))
@@ -192,7 +191,7 @@ def _proceed(run: Run, lane: Lane, outcome: Outcome, arrival: _Arrival) -> tuple
     taken = outcome.accepted & ~failed & ~lane.done
     moved, ends = taken & ~last, taken & (last | (t >= run.t1))
     result = RESULTS.where(ends, concluded(run, largest, fastest), result)
-    after = Progress(
+    after = LaneState(
         Point(t, state, jump.mode, outcome.event),
         before.origin,
         jnp.where(outcome.event != NO_EVENT, t, before.begun),

@@ -33,8 +33,8 @@ from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.diagnosis import admitted
 from impactjax._simulate.impact_log import Impacts, impacts_of
 from impactjax._simulate.lane import Run
+from impactjax._simulate.lane_state import LaneState, lane_state_at
 from impactjax._simulate.loop import record_steps
-from impactjax._simulate.progress import Progress, progress_at
 from impactjax._simulate.replay import differentiable_path
 from impactjax._simulate.rest_log import rests_of
 from impactjax._simulate.sample import sample
@@ -47,7 +47,7 @@ T = TypeVar("T")
 
 def simulate(
     model: ImpactOscillator,
-    initial: InitialState | Progress,
+    initial: InitialState | LaneState,
     ts: Numbers,
     *,
     t0: ArrayLike | None = None,
@@ -96,7 +96,7 @@ def simulate(
 
 def simulate_logged(
     model: ImpactOscillator,
-    initial: InitialState | Progress,
+    initial: InitialState | LaneState,
     ts: Numbers,
     t0: ArrayLike | None,
     step: AbstractStep | None,
@@ -119,13 +119,13 @@ def simulate_logged(
     times = as_times(ts)
     begin = check_start(model, initial, times, t0)
     check_order(begin, times)
-    numbers = initial.point.y if isinstance(initial, Progress) else initial
+    numbers = initial.point.y if isinstance(initial, LaneState) else initial
     check_leaves((model, numbers))
     dtype = jnp.result_type(float, *jax.tree.leaves((model, numbers)))
     allowed = as_tolerance(tolerance, dtype)
     method = natural_step(model, allowed) if step is None else step
     model = _cast(model, dtype)
-    if isinstance(initial, Progress):
+    if isinstance(initial, LaneState):
         check_suits(initial, method, model)
     else:
         initial = _cast(initial, dtype)
@@ -151,14 +151,14 @@ def _simulate(
     max_steps: int,
     max_impacts: int,
     model: ImpactOscillator,
-    initial: InitialState | Progress,
+    initial: InitialState | LaneState,
     ts: Samples,
     t0: Scalar,
     tolerance: Scalar,
     logged: Flag | None,
     factors: Factors | None,
 ) -> Trajectory:
-    start = initial if isinstance(initial, Progress) else progress_at(step, model, t0, initial)
+    start = initial if isinstance(initial, LaneState) else lane_state_at(step, model, t0, initial)
     in_order = jnp.all(jnp.diff(ts) > 0) & (start.point.t <= ts[0])
     run = Run(model, start, ts[-1], tolerance, in_order, factors)
     verdict = admitted(jax.lax.stop_gradient(run))

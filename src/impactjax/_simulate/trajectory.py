@@ -6,7 +6,7 @@ from jaxtyping import Array, Float, Int
 from impactjax._known import is_known
 from impactjax._results import RESULTS
 from impactjax._simulate.impact_log import ImpactLog
-from impactjax._simulate.progress import Progress
+from impactjax._simulate.lane_state import LaneState
 from impactjax._simulate.rest_log import RestLog
 
 
@@ -34,7 +34,7 @@ class Trajectory(eqx.Module):
     - `magnification`: largest factor by which a single impact or near miss magnifies an error; at
       least 1 [1]. It is large if the motion nearly grazes a stop: errors are then about the
       tolerance times this number. The factors of several such impacts multiply.
-    - `final`: progress of the lane, from which `simulate` goes on as if there had been no cut.
+    - `final`: state of the lane, from which `simulate` goes on as if there had been no cut.
     - `result`: result code.
     - `stats`: number of steps.
 
@@ -48,7 +48,7 @@ class Trajectory(eqx.Module):
     rests: RestLog
     nearest_miss: Float[Array, "..."]
     magnification: Float[Array, "..."]
-    final: Progress
+    final: LaneState
     result: RESULTS
     stats: Stats
 

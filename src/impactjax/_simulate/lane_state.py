@@ -1,4 +1,4 @@
-"""Progress of a lane: what the next step, or the next run, needs to go on."""
+"""State of a lane: what the next step, or the next run, needs to go on."""
 
 from typing import NamedTuple
 
@@ -17,8 +17,8 @@ from impactjax._simulate.step import AbstractStep, Point
 from impactjax._types import Scalar
 
 
-class Progress(NamedTuple):
-    """Progress of a lane, from which a later run goes on as if there had been no cut.
+class LaneState(NamedTuple):
+    """State of a lane, from which a later run goes on as if there had been no cut.
 
     No step is cut at the end of a run. The state is therefore that at the start of the last step,
     a little before the last sample.
@@ -41,10 +41,10 @@ class Progress(NamedTuple):
     memory: PyTree
 
 
-def progress_at(
+def lane_state_at(
     step: AbstractStep, model: ImpactOscillator, t: Scalar, initial: InitialState
-) -> Progress:
-    """Progress of a lane that starts with a state."""
+) -> LaneState:
+    """State of a lane at the start of its first run."""
     y = with_internal(model, initial.position, initial.velocity)
     mode, _ = initial_mode(model, t, y)
 
@@ -53,7 +53,7 @@ def progress_at(
         return rates._replace(position=y.velocity, velocity=unheld_acceleration(model, t, y, mode))
 
     zero = jnp.zeros_like(t)
-    return Progress(
+    return LaneState(
         Point(t, y, mode, jnp.int32(NO_EVENT)),
         t,
         t,
