@@ -65,6 +65,7 @@ class Informed:
 
     def of_priors(self, priors: Mapping[str, Normal]) -> Matrices:
         """Prior knowledge, each an observation of one parameter."""
+        check_kind("priors", priors, Mapping, "{'length': Normal(0.071, 0.001)}")
         count = len(self.names)
         total = np.zeros((len(self.models), count, count))
         for name, prior in priors.items():

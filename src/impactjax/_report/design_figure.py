@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactjax._design.plan import Design
+from impactjax._refusal import check_kind
 from impactjax._report.style import LAWS
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ def plot_design(ax: "Axes", found: Design) -> "Axes":
     - `ax`: axes to draw on.
     - `found`: result of `design`.
     """
+    check_kind("found", found, Design, "design(candidates, model, criterion)")
     names = list(found.expected)
     expected = np.array([each.half_width for each in found.expected.values()])
     attained = np.array([each.attained for each in found.expected.values()])

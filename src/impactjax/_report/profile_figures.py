@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from impactjax._identify.profile_curve import Profile
 from impactjax._identify.ridge import Ridge
+from impactjax._refusal import check_kind
 from impactjax._report.style import FAINT, FITTED, OTHER, RECORDED
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def plot_profile(ax: "Axes", found: Profile) -> "Axes":
     - `ax`: axes to draw on.
     - `found`: one of the results of `profiles`, or the result of `predicted`.
     """
+    check_kind("found", found, Profile, 'profiles(estimate)["k"]')
     failed = np.isnan(found.rise)
     ends = [found.at[0], found.at[-1]]
     low, high = (float(np.clip(end, *ends)) for end in (found.low, found.high))
@@ -59,6 +61,7 @@ def plot_ridge(ax: "Axes", found: Ridge, theory: Theory | None = None) -> "Axes"
     - `theory`: the second parameter as a function of the first one by a theory, which is drawn over
       the regions: `lambda k: 0.1 * k`.
     """
+    check_kind("found", found, Ridge, "ridge(estimate, 'k', 'c')")
     first = np.broadcast_to(found.first[:, None], found.second.shape)
     levels = [found.threshold(_COARSE), found.threshold()]
     rise = np.where(np.isnan(found.rise), 10 * levels[1], found.rise)

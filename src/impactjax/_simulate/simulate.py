@@ -14,13 +14,12 @@ from impactjax._hybrid.arguments import (
     as_times,
     as_tolerance,
     check_order,
-    limit,
 )
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.varying import alike
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState, check_angle
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_kind, whole
 from impactjax._results import RESULTS
 from impactjax._simulate.arguments import as_factors, check_leaves, check_numbers
 from impactjax._simulate.automaton import with_internal
@@ -111,7 +110,7 @@ def simulate_logged(
         check_kind("step", step, AbstractStep, "TaylorStep()")
     check_numbers(model, initial)
     check_angle(model.oscillator, initial)
-    max_steps, max_impacts = limit("max_steps", max_steps), limit("max_impacts", max_impacts)
+    max_steps, max_impacts = whole("max_steps", max_steps), whole("max_impacts", max_impacts)
     times = as_times(ts)
     begin = as_number("t0", times[0] if t0 is None else t0)
     check_order(begin, times)
