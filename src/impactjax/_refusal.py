@@ -90,19 +90,23 @@ def check_number(name: str, value: object) -> None:
 
 def returned(argument: str, found: object) -> Array:
     """The array that a function returned. Raises `TypeError` for anything else."""
-    if not eqx.is_array_like(found):
-        kind = type(found).__name__
-        raise TypeError(f"Argument `{argument}` must return an array, but it returns a {kind}.")
-    return jnp.asarray(found)
+    return _array(argument, "an array", found)
 
 
 def returned_number(argument: str, found: object) -> Array:
     """The number that a function returned. Raises `TypeError`, or `ValueError` for a shape."""
-    array = returned(argument, found)
+    array = _array(argument, "one number", found)
     if array.shape:
         shape = array.shape
         raise ValueError(f"Argument `{argument}` must return one number, but its shape is {shape}.")
     return array
+
+
+def _array(argument: str, wanted: str, found: object) -> Array:
+    if not eqx.is_array_like(found):
+        kind = type(found).__name__
+        raise TypeError(f"Argument `{argument}` must return {wanted}, but it returns a {kind}.")
+    return jnp.asarray(found)
 
 
 def of_kind(name: str, kind: type, example: str, *, optional: bool = False) -> Callable[[Any], Any]:
