@@ -20,6 +20,7 @@ from impactjax._identify.structure import Told, structure
 from impactjax._identify.words import coupling
 from impactjax._number_format import with_error, with_unit
 from impactjax._record.plan_file import read_plan
+from impactjax._report.profile_curves import curves_of
 
 _PLAN = ".toml"
 _LAW_HELP = f"A law to fit to a recording: {NO_LAW}, {', '.join(LAWS)}. May be given several times."
@@ -80,7 +81,9 @@ def _of_recording(
             blocks.append(f"{fitted.name}\n  No fit that could be used: {estimate.cause}.")
             continue
         told = identifiability(estimate)
-        blocks.append("\n".join([fitted.name, *_rows(told), coupling(told)]))
+        curves = [f"  {each}" for each in curves_of(estimate).values()]
+        profiles = ["Profiles, 95 %:", *curves] if curves else []
+        blocks.append("\n".join([fitted.name, *_rows(told), coupling(told), *profiles]))
     return "\n\n".join(blocks)
 
 

@@ -98,23 +98,26 @@ def check_profiled(estimate: Estimate[P], points: int, optimiser: LevenbergMarqu
     check_kind("optimiser", optimiser, LevenbergMarquardt, "LevenbergMarquardt()")
     whole("points", points, _FEWEST)
     estimate.check_single()
+    if found := obstacle(estimate):
+        raise ValueError(found)
+
+
+def obstacle(estimate: Estimate[P]) -> str:
+    """Reason why a single estimate has no profile; empty if it has one."""
     if estimate.scatter is not None:
-        raise ValueError(
+        return (
             "This estimate has scatter from impact to impact, and refits would have none: fit the "
             "experiment with `scatter=NoScatter()`, or use the intervals of the estimate."
         )
     if not bool(estimate.usable):
-        raise ValueError(f"The estimate has no profile, since its fit {_failed(estimate)}.")
+        return f"The estimate has no profile, since its fit is not usable ({estimate.cause})."
     cost = float(np.sum(estimate.problem.assumed().loss.cost(jnp.asarray(estimate.residuals))))
     if not np.isclose(cost, np.nanmin(estimate.start_costs), rtol=_SAME):
-        raise ValueError(
+        return (
             "This estimate is a part of a joint one, whose values are not the minimum of this "
             "recording alone: take the joint estimate, or fit the recording alone."
         )
-
-
-def _failed(estimate: Estimate[P]) -> str:
-    return f"is not usable ({estimate.cause})"
+    return ""
 
 
 def check_names(estimate: Estimate[P], names: tuple[str, ...]) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _HIGHEST = 3.0  # rise up to which a profile is drawn, relative to its threshold
 _DECADE = 10.0  # ratio of the ends from which an axis is logarithmic
 _ROOM = 0.15  # share of an axis that is left around a region
+_TICKS = 4  # most intervals between numbers of a linear axis, which may be long
 _COARSE = 0.683  # confidence of the inner region
 
 Theory = Callable[[Float[np.ndarray, " points"]], Float[np.ndarray, " points"]]
@@ -47,6 +48,8 @@ def plot_profile(ax: "Axes", found: Profile) -> "Axes":
     ax.set_ylim(-0.03 * shown, 1.05 * max(shown, 1.05 * found.threshold))
     if _is_wide(found.at[~failed]):
         ax.set_xscale("log")
+    else:
+        ax.locator_params(axis="x", nbins=_TICKS)
     return ax
 
 

@@ -11,6 +11,7 @@ from impactjax._compare.repeatability import Repeatability
 from impactjax._refusal import check_kind
 from impactjax._report.document import document
 from impactjax._report.page import page
+from impactjax._report.profile_curves import best_curves
 
 _FILES = ("fit.json", "report.html")
 
@@ -77,8 +78,9 @@ def report_texts(
     comparisons: Sequence[Comparison], command: str, repeats: Repeatability | None = None
 ) -> tuple[str, ...]:
     """The content of each file of a report."""
-    content = json.dumps(document(comparisons, repeats), indent=2)
-    return f"{content}\n", page(comparisons, command, repeats)
+    curves = best_curves(comparisons)
+    content = json.dumps(document(comparisons, repeats, curves), indent=2)
+    return f"{content}\n", page(comparisons, command, repeats, curves)
 
 
 def write_texts(targets: Sequence[Path], texts: Sequence[str], force: bool) -> None:
