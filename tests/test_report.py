@@ -12,12 +12,13 @@ import pytest
 import impactjax as ij
 from browser import look, needs_browser
 from estimates import SMALL, line, swing, with_dry_friction
+from impactjax._cli.identifiability import profile_rows
 from impactjax._compare.ranking import rejected
 from impactjax._first_look.first_look import FirstLook
 from impactjax._number_format import interval, with_error
 from impactjax._report.document import document
 from impactjax._report.page import page
-from impactjax._report.profile_curves import best_curves
+from impactjax._report.profile_curves import NO_CURVES, best_curves
 from impactjax._report.rows import law_rows, parameter_rows
 from impactjax._report.style import LAWS
 from impactjax._report.words import sentences
@@ -256,6 +257,16 @@ def test_profiles_stand_in_document_and_page(fits):
     assert text.count("<img") == without.count("<img") + 2
     assert "Profile of a parameter of free flight for a/line.csv: x0: 0." in text
     assert "<h3>Profiles" not in without
+    assert NO_CURVES not in without
+    told = profile_rows(estimate)
+    assert [row.split(":")[0] for row in told] == ["Profiles, 95 %", "  x0", "  x_dot0"]
+    assert all(row.endswith("(bounded)") for row in told[1:])
+
+
+def test_fit_with_scatter_has_no_profiles(fits):
+    bounces = fits[2]
+    assert best_curves([bounces]) == {"bounces.csv": {}}
+    assert NO_CURVES in page([bounces], "")
 
 
 def test_fit_without_profile_has_none():

@@ -22,7 +22,7 @@ from impactjax._report.fit_figures import plot_fit, plot_residuals
 from impactjax._report.given import given, speeds_rest_on, taken
 from impactjax._report.outcome import was_simulated
 from impactjax._report.picture import Margins, Picture, picture, wide_picture
-from impactjax._report.profile_curves import Curves, curve_pictures
+from impactjax._report.profile_curves import NO_CURVES, Curves, curve_pictures
 from impactjax._report.repeats import repeats_section
 from impactjax._report.residual_figures import (
     plot_autocorrelation,
@@ -97,6 +97,7 @@ def _section(comparison: Comparison, curves: Curves) -> dict[str, Any]:
             if was_simulated(each.estimate)
         ],
         "profiles": curve_pictures(name, best, curves),
+        "no_profiles": "" if estimate.scatter is None else NO_CURVES,
         "coupling": coupling(told),
         "couplings": _coupling_pictures(name, best),
         "impacts": impacts,

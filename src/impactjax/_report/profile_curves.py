@@ -16,6 +16,8 @@ from impactjax._report.profile_figures import plot_profile
 _POINTS = 21
 _HEIGHT = 2.6  # of a figure [inches]
 
+NO_CURVES = "No profiles: the fit allows for scatter of restitution from impact to impact."
+
 Curves: TypeAlias = Mapping[str, Profile]
 
 
