@@ -12,13 +12,12 @@ import pytest
 import impactjax as ij
 from browser import look, needs_browser
 from estimates import SMALL, line, swing, with_dry_friction
-from impactjax._cli.identifiability import profile_rows
 from impactjax._compare.ranking import rejected
 from impactjax._first_look.first_look import FirstLook
 from impactjax._number_format import interval, with_error
 from impactjax._report.document import document
 from impactjax._report.page import page
-from impactjax._report.profile_curves import NO_CURVES, best_curves
+from impactjax._report.profile_curves import NO_CURVES
 from impactjax._report.rows import law_rows, parameter_rows
 from impactjax._report.style import LAWS
 from impactjax._report.words import sentences
@@ -108,7 +107,8 @@ def test_page_contains_all_numbers_and_verdicts(text, fits):
             assert name in plain
             assert estimate.quoted(name) in plain
             assert interval(float(estimate.low[i]), float(estimate.high[i]), error) in plain
-    for word in ("identified", "one-sided", "not identified", "converged", "seed 7", "rad/s"):
+    words = ("identified", "one-sided", "not identified", "converged", "seed 7", "rad/s", NO_CURVES)
+    for word in words:
         assert word in plain
 
 
@@ -236,42 +236,6 @@ def test_document_is_json_without_infinities(fits):
     assert r["interval95"] == [0, 1]
     assert r["verdict"] == "not identified"
     assert found["recording"] == f"{HOSTILE}, a/line.csv, bounces.csv"
-
-
-def test_profiles_stand_in_document_and_page(fits):
-    """Those of a straight line are parabolas: (p - estimate)²/error²."""
-    straight = fits[1]
-    curves, estimate = best_curves([straight]), straight.best.estimate
-    first, second = document([straight], None, curves)["fits"]
-    assert second["profiles"] == {}
-    assert [*first["profiles"]] == [*estimate.names] == ["x0", "x_dot0"]
-    for name, found in first["profiles"].items():
-        own = estimate[name]
-        away = (np.array(found["at"]) - float(own.value)) / float(own.standard_error)
-        np.testing.assert_allclose(found["rise"], away**2, rtol=1e-3, atol=1e-3)
-        reach = float(own.standard_error) * found["threshold"] ** 0.5
-        ends = [float(own.value) - reach, float(own.value) + reach]
-        np.testing.assert_allclose(found["interval95"], ends, atol=1e-2 * reach)
-        assert (found["shape"], found["unit"]) == ("bounded", own.unit)
-    without, text = (page([straight], "", None, each) for each in ({}, curves))
-    assert text.count("<img") == without.count("<img") + 2
-    assert "Profile of a parameter of free flight for a/line.csv: x0: 0." in text
-    assert "<h3>Profiles" not in without
-    assert NO_CURVES not in without
-    told = profile_rows(estimate)
-    assert [row.split(":")[0] for row in told] == ["Profiles, 95 %", "  x0", "  x_dot0"]
-    assert all(row.endswith("(bounded)") for row in told[1:])
-
-
-def test_fit_with_scatter_has_no_profiles(fits):
-    bounces = fits[2]
-    assert best_curves([bounces]) == {"bounces.csv": {}}
-    assert NO_CURVES in page([bounces], "")
-
-
-def test_fit_without_profile_has_none():
-    stopped = eqx.tree_at(lambda e: e.outcome, line()[1], jnp.int32(ij.Outcome.MAX_ITERATIONS))
-    assert best_curves([ij.Comparison("x", (ij.Fitted("a", stopped, 0.0),))]) == {"x": {}}
 
 
 def test_restitution_figure_with_more_curves_than_colours(monkeypatch):
