@@ -1,6 +1,7 @@
 """The commands `design` and `identifiability`, and the plans that they read."""
 
 import dataclasses
+import json
 import math
 from pathlib import Path
 
@@ -56,13 +57,34 @@ def test_plan_that_reaches_the_goal(plan):
     run = impactjax("design", plan, "--refits", "3")
     assert (run.status, run.stderr) == (0, "")
     first, *rows = run.stdout.splitlines()
-    assert first == "This plan tells r within 1 %:"
+    assert first == "This plan tells r within 1 %."
     assert "rate = 200" in rows[0]  # twice the samples at the same cost
     assert any(row.startswith("  it takes: performances ") for row in rows)
     cost = next(row for row in rows if "it takes" in row)
     number = int(cost.split("performances ")[1].split(",")[0])
     assert f"s {56 * number}" in cost
     assert any(row.startswith("  r: 0.69") and "refits" in row for row in rows)
+
+
+def test_answer_is_written_as_json_and_as_a_page(plan, tmp_path):
+    run = impactjax("design", plan, "--refits", "2", "--out", tmp_path / "new")
+    assert (run.status, run.stderr) == (0, "")
+    found = json.loads((tmp_path / "new" / "design.json").read_text())
+    assert run.stdout.startswith(found["verdict"])
+    assert found["reached"]
+    assert found["asked"] == {"r": 0.01}
+    (performed,), r = found["performances"], found["parameters"]["r"]
+    assert performed["choices"]["rate"] == 200.0
+    assert found["costs"] == {"performances": performed["number"], "s": 56.0 * performed["number"]}
+    low, high = r["interval95"]
+    assert math.isclose((high - low) / 2, r["half_width"] * r["value"])
+    assert math.isclose(r["half_width"], 0.01 * found["size"])
+    text = (tmp_path / "new" / "design.html").read_text()
+    for said in (found["verdict"], "omega_n", "2 refits", "<td>s</td><td>56</td>"):
+        assert said in text
+    again = impactjax("design", plan, "--out", tmp_path / "new")
+    assert again.status == 2
+    assert "design.json exists; use --force" in again.stderr
 
 
 def test_goal_beyond_the_budget_has_its_own_status(plan, tmp_path):

@@ -41,7 +41,8 @@ def plot_design(ax: "Axes", found: Design) -> "Axes":
         style = {"color": "black", "markersize": 18, "markeredgewidth": 1.5}
         ax.plot([*asked.values()], at, "|", label="asked", **style)
     ax.set_yticks(rows, names)
-    ax.set(xscale="log", xlabel="half-width of the 95 % interval, relative to the value")
+    ax.set(xscale="log", xlabel="relative half-width of the 95 % interval")
     ax.set_ylim(len(rows) - 0.5, -0.5)
-    ax.legend(frameon=False, fontsize="small")
+    above = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 3}
+    ax.legend(frameon=False, fontsize="small", **above)
     return ax

@@ -1,7 +1,5 @@
 """Content of `fit.json`: the results of all fits."""
 
-import importlib.metadata
-import platform
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -29,9 +27,9 @@ from impactjax._report.repeats import repeats_document
 from impactjax._report.residual_words import residual_sentences
 from impactjax._report.restitution_curves import restitution_curve, speeds_of
 from impactjax._report.rows import corrected_aic
+from impactjax._report.versions import versions
 
 _EVERY = 20  # points of a curve from one that is written to the next
-_PACKAGES = ("impactjax", "jax", "jaxlib", "diffrax", "numpy", "scipy")
 
 
 def document(
@@ -64,12 +62,6 @@ def _table(speeds: np.ndarray, restitutions: np.ndarray) -> dict[str, Any]:
         "approach_speed": [json_number(v) for v in speeds],
         "restitution": [json_number(r) for r in restitutions],
     }
-
-
-def versions() -> dict[str, str]:
-    """Versions of the software that a result depends on."""
-    found = {name: importlib.metadata.version(name) for name in _PACKAGES}
-    return {"python": platform.python_version(), **found}
 
 
 def _fits(comparison: Comparison, curves: Curves) -> list[dict[str, Any]]:

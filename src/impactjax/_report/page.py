@@ -1,6 +1,5 @@
 """The report: one self-contained HTML page."""
 
-import importlib.resources
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -17,12 +16,12 @@ from impactjax._report.coupling_figures import (
     plot_directions,
     plot_sensitivities,
 )
-from impactjax._report.document import versions
 from impactjax._report.fit_figures import plot_fit, plot_residuals
 from impactjax._report.given import given, speeds_rest_on, taken
 from impactjax._report.outcome import was_simulated
 from impactjax._report.picture import Margins, Picture, picture, wide_picture
 from impactjax._report.profile_curves import NO_CURVES, Curves, curve_pictures
+from impactjax._report.rendered import rendered
 from impactjax._report.repeats import repeats_section
 from impactjax._report.residual_figures import (
     plot_autocorrelation,
@@ -51,21 +50,15 @@ def page(
     """An HTML page with embedded figures, a section for each recording, and the command. What
     repeated recordings tell together comes first. Profiles are those of the best fit, by recording.
     """
-    template = (
-        importlib.resources.files("impactjax._report").joinpath("page.html").read_text("utf-8")
-    )
-    import jinja2  # imported only when needed
-
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     several = len(comparisons) > 1
     title = "What the impact is made of" if several else f"Contact of {comparisons[0].name}"
-    return environment.from_string(template).render(
+    return rendered(
+        "page.html",
         title=title,
         repeats=None if repeats is None else repeats_section(repeats),
         sections=[_section(each, curves.get(each.name, {})) for each in comparisons],
         command=command,
         seed=comparisons[0].seed,
-        versions=versions(),
         clear=f"{CLEAR:g}",
         sources=sources([fitted for each in comparisons for fitted in each]),
     )

@@ -14,6 +14,7 @@ from impactjax._report.page import page
 from impactjax._report.profile_curves import best_curves
 
 _FILES = ("fit.json", "report.html")
+_DESIGN_FILES = ("design.json", "design.html")
 
 
 def write_report(
@@ -65,6 +66,11 @@ def _comparisons(
 def report_files(folder: Path) -> tuple[Path, ...]:
     """The paths of a report's files in a folder."""
     return tuple(folder / name for name in _FILES)
+
+
+def design_files(folder: Path) -> tuple[Path, ...]:
+    """The paths of the files of a design in a folder."""
+    return tuple(folder / name for name in _DESIGN_FILES)
 
 
 def check_absent(targets: Sequence[Path], force: bool) -> None:
