@@ -6,11 +6,14 @@ import math
 from pathlib import Path
 
 import jax.numpy as jnp
+import numpy as np
 import pytest
 
 import impactjax as ij
 from command import impactjax
 from impactjax._cli.fitting import compared
+from impactjax._design.from_file import planned_experiments
+from impactjax._record.plan_file import read_plan
 from tiers import quick
 
 PLAN = """
@@ -102,7 +105,23 @@ def test_identifiability_of_a_plan(plan):
     assert "Determined: omega_n to" in run.stdout
 
 
+def test_second_sensor_of_a_plan_tells_more(plan, tmp_path):
+    """Two equal sensors: all errors fall by √2."""
+    twice = PLAN + '\n[[sensors]]\nquantity = "angle"\nsigma = 0.002\n'
+    once, both = (
+        ij.information(planned_experiments(path, read_plan(path)).experiments)
+        for path in (plan, written(tmp_path, twice))
+    )
+    assert once.names == both.names
+    np.testing.assert_allclose(both.bounds * math.sqrt(2), once.bounds, rtol=1e-6)
+
+
 WRONG = {
+    "a second sensor": (
+        ("[goal]", '[[sensors]]\nquantity = "angel"\nsigma = 1.0\n[goal]'),
+        "`angle`",
+    ),
+    "a second noise": (("[goal]", '[[sensors]]\nquantity = "angle"\n[goal]'), "state `sigma`"),
     "a law": (("restitution", "restitutoin"), "did you mean `restitution`?"),
     "a parameter": (("r = 0.7", "rr = 0.7"), "There is no parameter `rr`"),
     "a value": (("zeta = 0.02", "zeta = -0.02"), "`zeta` must be"),

@@ -60,12 +60,13 @@ def _of_plan(path: Path) -> str:
     try:
         with telling(path.name) as tell:
             tell("information")
-            told = information(made.experiment)
-            tell("structure at random points")
-            found = structure(made.experiment)
+            told, never = information(made.experiments), list[str]()
+            if len(made.experiments) == 1:
+                tell("structure at random points")
+                found = structure(made.experiments[0])
+                never = [name for name in found.names if found[name] == Told.NEVER]
     except ValueError as error:
         raise Refusal(f"{path}: {error}") from error
-    never = [name for name in found.names if found[name] == Told.NEVER]
     never_told = [f"No recording of this kind tells {', '.join(never)}."] if never else []
     return "\n".join([read.system.law, *_rows(told), coupling(told), *never_told])
 
