@@ -107,7 +107,7 @@ def test_identifiability_of_a_plan(plan):
 
 def test_second_sensor_of_a_plan_tells_more(plan, tmp_path):
     """Two equal sensors: all errors fall by √2."""
-    twice = PLAN + '\n[[sensors]]\nquantity = "angle"\nsigma = 0.002\n'
+    twice = PLAN + '\n[[sensors]]\nquantity = "angle"\nsensor = { sigma = 0.002 }\n'
     once, both = (
         ij.information(planned_experiments(path, read_plan(path)).experiments)
         for path in (plan, written(tmp_path, twice))
@@ -118,10 +118,13 @@ def test_second_sensor_of_a_plan_tells_more(plan, tmp_path):
 
 WRONG = {
     "a second sensor": (
-        ("[goal]", '[[sensors]]\nquantity = "angel"\nsigma = 1.0\n[goal]'),
+        ("[goal]", '[[sensors]]\nquantity = "angel"\nsensor = { sigma = 1.0 }\n[goal]'),
         "`angle`",
     ),
-    "a second noise": (("[goal]", '[[sensors]]\nquantity = "angle"\n[goal]'), "state `sigma`"),
+    "a second noise": (
+        ("[goal]", '[[sensors]]\nquantity = "angle"\nsensor = {}\n[goal]'),
+        "state `sigma`",
+    ),
     "a law": (("restitution", "restitutoin"), "did you mean `restitution`?"),
     "a parameter": (("r = 0.7", "rr = 0.7"), "There is no parameter `rr`"),
     "a value": (("zeta = 0.02", "zeta = -0.02"), "`zeta` must be"),

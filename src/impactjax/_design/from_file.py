@@ -145,7 +145,7 @@ def _experiments(plan: PlanFile, system: System, choices: Mapping[str, float]) -
     usual = "angle" if system.model.oscillator.is_angle() else "displacement"
     ts = np.arange(round(duration * rate) + 1) / rate
     sensors = [(plan.recording.quantity or usual, changed.sensor)]
-    sensors += [(each.quantity, sensor_of(each)) for each in plan.sensors]
+    sensors += [(each.quantity, sensor_of(each.sensor)) for each in plan.sensors]
     for name, _ in sensors:
         check_named("quantity", name, QUANTITIES)
     return [

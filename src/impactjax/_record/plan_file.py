@@ -31,10 +31,11 @@ class PlannedRecording(msgspec.Struct, forbid_unknown_fields=True):
     rate: Positive = 1000.0
 
 
-class FurtherSensor(SensorTable, forbid_unknown_fields=True, kw_only=True):
-    """[[sensors]]: a further sensor of the same motion, as [sensor], with its quantity."""
+class FurtherSensor(msgspec.Struct, forbid_unknown_fields=True):
+    """[[sensors]]: a further sensor of the same motion, and its quantity."""
 
     quantity: str
+    sensor: SensorTable
 
 
 class PlannedFit(msgspec.Struct, forbid_unknown_fields=True):
@@ -88,7 +89,7 @@ def read_plan(path: Path) -> PlanFile:
     text = read_text(path)
     plan = tables_in(path, text, PlanFile)
     check_complete(path, text, plan.upper, plan.base)
-    if any(each.sigma is None for each in (plan.sensor, *plan.sensors)):
+    if any(each.sigma is None for each in (plan.sensor, *(own.sensor for own in plan.sensors))):
         place = line_of(text, "sensor")
         problem = "a plan needs the size of the noise"
         raise FileError(path, place, problem, "state `sigma` under [sensor], in the SI unit")
