@@ -61,7 +61,7 @@ def test_goal_is_reached_with_the_fewest_performances():
     assert found.reached
     assert found.costs == {"performances": 4.0}
     np.testing.assert_allclose(found.least_share, 3.5 / 4, rtol=0.02)
-    assert str(found).startswith(f"This plan tells r within {100 * asked:.3g} %:\n  4 x drop")
+    assert str(found).startswith(f"This plan tells r within {100 * asked:.3g} %.\n  4 x drop")
 
 
 def test_goal_beyond_the_budget_is_not_reached():

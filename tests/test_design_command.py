@@ -1,15 +1,19 @@
 """The commands `design` and `identifiability`, and the plans that they read."""
 
 import dataclasses
+import json
 import math
 from pathlib import Path
 
 import jax.numpy as jnp
+import numpy as np
 import pytest
 
 import impactjax as ij
 from command import impactjax
 from impactjax._cli.fitting import compared
+from impactjax._design.from_file import planned_experiments
+from impactjax._record.plan_file import read_plan
 from tiers import quick
 
 PLAN = """
@@ -56,13 +60,34 @@ def test_plan_that_reaches_the_goal(plan):
     run = impactjax("design", plan, "--refits", "3")
     assert (run.status, run.stderr) == (0, "")
     first, *rows = run.stdout.splitlines()
-    assert first == "This plan tells r within 1 %:"
+    assert first == "This plan tells r within 1 %."
     assert "rate = 200" in rows[0]  # twice the samples at the same cost
     assert any(row.startswith("  it takes: performances ") for row in rows)
     cost = next(row for row in rows if "it takes" in row)
     number = int(cost.split("performances ")[1].split(",")[0])
     assert f"s {56 * number}" in cost
     assert any(row.startswith("  r: 0.69") and "refits" in row for row in rows)
+
+
+def test_answer_is_written_as_json_and_as_a_page(plan, tmp_path):
+    run = impactjax("design", plan, "--refits", "2", "--out", tmp_path / "new")
+    assert (run.status, run.stderr) == (0, "")
+    found = json.loads((tmp_path / "new" / "design.json").read_text())
+    assert run.stdout.startswith(found["verdict"])
+    assert found["reached"]
+    assert found["asked"] == {"r": 0.01}
+    (performed,), r = found["performances"], found["parameters"]["r"]
+    assert performed["choices"]["rate"] == 200.0
+    assert found["costs"] == {"performances": performed["number"], "s": 56.0 * performed["number"]}
+    low, high = r["interval95"]
+    assert math.isclose((high - low) / 2, r["half_width"] * r["value"])
+    assert math.isclose(r["half_width"], 0.01 * found["size"])
+    text = (tmp_path / "new" / "design.html").read_text()
+    for said in (found["verdict"], "omega_n", "2 refits", "<td>s</td><td>56</td>"):
+        assert said in text
+    again = impactjax("design", plan, "--out", tmp_path / "new")
+    assert again.status == 2
+    assert "design.json exists; use --force" in again.stderr
 
 
 def test_goal_beyond_the_budget_has_its_own_status(plan, tmp_path):
@@ -80,7 +105,26 @@ def test_identifiability_of_a_plan(plan):
     assert "Determined: omega_n to" in run.stdout
 
 
+def test_second_sensor_of_a_plan_tells_more(plan, tmp_path):
+    """Two equal sensors: all errors fall by √2."""
+    twice = PLAN + '\n[[sensors]]\nquantity = "angle"\nsensor = { sigma = 0.002 }\n'
+    once, both = (
+        ij.information(planned_experiments(path, read_plan(path)).experiments)
+        for path in (plan, written(tmp_path, twice))
+    )
+    assert once.names == both.names
+    np.testing.assert_allclose(both.bounds * math.sqrt(2), once.bounds, rtol=1e-6)
+
+
 WRONG = {
+    "a second sensor": (
+        ("[goal]", '[[sensors]]\nquantity = "angel"\nsensor = { sigma = 1.0 }\n[goal]'),
+        "`angle`",
+    ),
+    "a second noise": (
+        ("[goal]", '[[sensors]]\nquantity = "angle"\nsensor = {}\n[goal]'),
+        "state `sigma`",
+    ),
     "a law": (("restitution", "restitutoin"), "did you mean `restitution`?"),
     "a parameter": (("r = 0.7", "rr = 0.7"), "There is no parameter `rr`"),
     "a value": (("zeta = 0.02", "zeta = -0.02"), "`zeta` must be"),
@@ -144,6 +188,7 @@ def test_identifiability_of_a_recording(ball):
     assert (run.status, run.stderr) == (0, "")
     assert run.stdout.startswith("restitution\n  r ")
     assert "Determined: r to" in run.stdout
+    assert run.stdout.splitlines()[-1].startswith("No profiles: the fit allows for scatter ")
 
 
 def test_fit_that_cannot_be_used_has_no_identifiability(ball, monkeypatch):

@@ -1,20 +1,13 @@
-"""Arguments of hybrid systems that are wrong end in one sentence.
-
-In a process of its own: here types are checked at run time, which would come first.
-"""
-
-import json
-import subprocess
-import sys
+"""Arguments of hybrid systems that are wrong end in one sentence."""
 
 import pytest
 
+from refusals import sentences_of
 from tiers import quick
 
 pytestmark = quick
 
 PROGRAM = """
-import json, sys
 import diffrax
 import jax.numpy as jnp
 import impactjax as ij
@@ -71,13 +64,6 @@ cases = {
     "term of an event": lambda: events(ij.Reset(lambda t, y, args: y, term=2)),
     "mechanism": lambda: ij.MechanicalSystem(ball),
 }
-found = {}
-for name, case in cases.items():
-    try:
-        case()
-    except (TypeError, ValueError) as error:
-        found[name] = f"{type(error).__name__}: {error}"
-json.dump(found, sys.stdout)
 """
 
 SENTENCES = {
@@ -111,10 +97,7 @@ SENTENCES = {
 
 @pytest.fixture(scope="module")
 def said() -> dict[str, str]:
-    run = subprocess.run(
-        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True
-    )
-    return json.loads(run.stdout)
+    return sentences_of(PROGRAM)
 
 
 @pytest.mark.parametrize("case", SENTENCES)

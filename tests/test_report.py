@@ -17,6 +17,7 @@ from impactjax._first_look.first_look import FirstLook
 from impactjax._number_format import interval, with_error
 from impactjax._report.document import document
 from impactjax._report.page import page
+from impactjax._report.profile_curves import NO_CURVES
 from impactjax._report.rows import law_rows, parameter_rows
 from impactjax._report.style import LAWS
 from impactjax._report.words import sentences
@@ -106,7 +107,8 @@ def test_page_contains_all_numbers_and_verdicts(text, fits):
             assert name in plain
             assert estimate.quoted(name) in plain
             assert interval(float(estimate.low[i]), float(estimate.high[i]), error) in plain
-    for word in ("identified", "one-sided", "not identified", "converged", "seed 7", "rad/s"):
+    words = ("identified", "one-sided", "not identified", "converged", "seed 7", "rad/s", NO_CURVES)
+    for word in words:
         assert word in plain
 
 

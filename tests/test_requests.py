@@ -121,7 +121,7 @@ def test_wrong_prepare_requests_are_refused(said, words):
 
 def test_information_needs_lists_of_names():
     law = ij.Restitution(0.5)
-    with pytest.raises(ValueError, match="`fixed` must be a list of names"):
+    with pytest.raises(TypeError, match="`fixed` must be a list of names"):
         ij.information_in(lambda own: own.restitution(jnp.ones(2)), law, 1.0, fixed="r")
 
 

@@ -200,7 +200,7 @@ def calls_back(x, y):
 
 WRONG = {
     "error of its own": (fails, {}, ArithmeticError, "own error"),
-    "names": (lambda a, b: a, {}, TypeError, r"take the parameters x, y of the design by name"),
+    "names": (lambda a, b: a, {}, TypeError, r"take the parameters x, y by name"),
     "nothing": (lambda x, y: None, {}, ValueError, "must return at least one array"),
     "text": (lambda x, y: {"z": "text"}, {}, TypeError, "Result `z` must be an array of numbers"),
     "taken": (lambda x, y: {"x": y}, {}, ValueError, "Result `x` must have a name of its own"),
@@ -214,9 +214,9 @@ WRONG = {
         "Result `value` has type bfloat16",
     ),
     "callback": (calls_back, {}, ValueError, "leave out calls back into Python"),
-    "chunk": (times(1.0), {"chunk": 0}, ValueError, "`chunk` must be a whole number from 1 on"),
+    "chunk": (times(1.0), {"chunk": 0}, ValueError, "`chunk` must be at least 1"),
     "unit": (times(1.0), {"units": {"w": "m"}}, ValueError, "`units` names `w`, but .* x, y, z"),
-    "cost": (times(1.0), {"cost": lambda x, y: [x, y]}, ValueError, "`cost` must return one"),
+    "cost": (times(1.0), {"cost": lambda x, y: [x, y]}, TypeError, "`cost` must return one"),
     "client": (times(1.0), {"client": "tcp://x"}, TypeError, "`client` must be a `distributed.C"),
     "cost names": (times(1.0), {"cost": lambda z: z}, TypeError, "`cost` must take the parameters"),
 }

@@ -72,7 +72,10 @@ def parameter(
 
 def as_parameter(value: Numbers) -> Float[Array, "..."]:
     """A number as a floating-point array, so that its value never causes a retrace."""
-    array = jnp.asarray(value)
+    try:
+        array = jnp.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"A number must be real, but it is {value!r}.") from error
     if jnp.issubdtype(array.dtype, jnp.complexfloating):
         raise ValueError(f"A number must be real, but it is of type {array.dtype}.")
     if not jnp.issubdtype(array.dtype, jnp.inexact):

@@ -1,16 +1,22 @@
 """The command `impactjax design`."""
 
+import shlex
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from impactjax._cli.files import in_folder, write
+from impactjax._cli.options import Force
 from impactjax._cli.progress import telling
 from impactjax._cli.refusal import Refusal, refusals_told
 from impactjax._design.design import design
 from impactjax._design.from_file import criterion_of, planned_experiments
 from impactjax._design.plan import Design
 from impactjax._record.plan_file import read_plan
+from impactjax._report.design_report import design_texts
+from impactjax._report.write import design_files
 
 _REFITS_HELP = "Simulated refits that verify the expected intervals; 0 for none."
 
@@ -23,6 +29,11 @@ def design_command(
     seed: Annotated[
         int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help="Random seed.")
     ] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Where to write design.json and design.html."),
+    ] = None,
+    force: Force = False,
 ) -> None:
     """Find the experiments to perform next: the cheapest that tell a parameter as well as asked, or
     the best within a budget.
@@ -45,8 +56,14 @@ def design_command(
     omega0 = 0.05
     """  # noqa: D301  Click takes the backspace as "do not wrap"
     with refusals_told():
+        targets = () if out is None else design_files(out)
+        if out is not None:
+            in_folder(out, targets, force)
         found = _found(plan, refits, seed)
-    typer.echo(str(found))
+        typer.echo(str(found))
+        if targets:
+            command = shlex.join(["impactjax", *sys.argv[1:]])
+            write(targets, design_texts(found, plan.name, command), force)
     if not found.reached:
         raise typer.Exit(1)
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from impactjax._check.check import checked
-from impactjax._cli.files import in_folder
+from impactjax._cli.files import in_folder, write
 from impactjax._cli.fitting import compared, prepared_for
 from impactjax._cli.options import (
     Fix,
@@ -28,7 +28,7 @@ from impactjax._cli.tables import print_fits, print_repeats
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.repeatability import repeatability
-from impactjax._report.write import report_files, report_texts, write_texts
+from impactjax._report.write import report_files, report_texts
 
 _SEED_HELP = "Random seed for scattered starts."
 _HOLDOUT_HELP = "Share of the record, at its end, that is not fitted but predicted by each law."
@@ -96,15 +96,8 @@ def fit_command(
     if repeats is not None:
         print_repeats(repeats)
     if targets:
-        try:
-            write_texts(targets, texts, force)
-        except FileExistsError as error:
-            typer.echo(f"impactjax: {error.filename} exists by now; use another --out.", err=True)
-            raise typer.Exit(2) from error
-        except OSError as error:
-            typer.echo(f"impactjax: {out} cannot be written to ({error.strerror}).", err=True)
-            raise typer.Exit(2) from error
-        typer.echo(f"Written: {', '.join(str(path) for path in targets)}")
+        with refusals_told():
+            write(targets, texts, force)
 
 
 def _targets(out: Path | None, force: bool) -> tuple[Path, ...]:

@@ -13,13 +13,16 @@ from impactjax._cli.refusal import Refusal, check_names, refusals_told
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._design.from_file import planned_experiments
+from impactjax._fit.estimate import Estimate
 from impactjax._identify.experiment_information import information
 from impactjax._identify.identifiability import identifiability
 from impactjax._identify.information import Information
 from impactjax._identify.structure import Told, structure
 from impactjax._identify.words import coupling
 from impactjax._number_format import with_error, with_unit
+from impactjax._problem.problem import Problem
 from impactjax._record.plan_file import read_plan
+from impactjax._report.profile_curves import NO_CURVES, curves_of
 
 _PLAN = ".toml"
 _LAW_HELP = f"A law to fit to a recording: {NO_LAW}, {', '.join(LAWS)}. May be given several times."
@@ -57,12 +60,13 @@ def _of_plan(path: Path) -> str:
     try:
         with telling(path.name) as tell:
             tell("information")
-            told = information(made.experiment)
-            tell("structure at random points")
-            found = structure(made.experiment)
+            told, never = information(made.experiments), list[str]()
+            if len(made.experiments) == 1:
+                tell("structure at random points")
+                found = structure(made.experiments[0])
+                never = [name for name in found.names if found[name] == Told.NEVER]
     except ValueError as error:
         raise Refusal(f"{path}: {error}") from error
-    never = [name for name in found.names if found[name] == Told.NEVER]
     never_told = [f"No recording of this kind tells {', '.join(never)}."] if never else []
     return "\n".join([read.system.law, *_rows(told), coupling(told), *never_told])
 
@@ -80,8 +84,16 @@ def _of_recording(
             blocks.append(f"{fitted.name}\n  No fit that could be used: {estimate.cause}.")
             continue
         told = identifiability(estimate)
-        blocks.append("\n".join([fitted.name, *_rows(told), coupling(told)]))
+        lines = [fitted.name, *_rows(told), coupling(told), *profile_rows(estimate)]
+        blocks.append("\n".join(lines))
     return "\n\n".join(blocks)
+
+
+def profile_rows(estimate: Estimate[Problem]) -> list[str]:
+    """The interval and the shape of each profile."""
+    if estimate.scatter is not None:
+        return [NO_CURVES]
+    return ["Profiles, 95 %:", *(f"  {each}" for each in curves_of(estimate).values())]
 
 
 def _rows(told: Information) -> list[str]:

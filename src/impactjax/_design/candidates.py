@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from impactjax._problem.experiment import Experiment
+from impactjax._refusal import as_names, check_kind, check_number, check_takes
 
 Values = Mapping[str, float]
 Posed = Experiment | Sequence[Experiment]
@@ -29,6 +30,8 @@ class Between:
     high: float
 
     def __post_init__(self) -> None:
+        check_number("low", self.low)
+        check_number("high", self.high)
         if not -math.inf < self.low < self.high < math.inf:
             raise ValueError(f"A range must rise, but its limits are {self.low} and {self.high}.")
 
@@ -57,10 +60,16 @@ class Candidates:
     name: str = "experiment"
 
     def __post_init__(self) -> None:
+        check_kind("choices", self.choices, Mapping, "{'theta0': Between(0.2, 1.2)}")
+        names = as_names("choices", [*self.choices])
+        check_takes("experiment", self.experiment, names, None)
+        check_takes("cost", self.cost, names)
         for name, each in self.choices.items():
             listed = isinstance(each, Sequence | np.ndarray) and not isinstance(each, str)
             if not isinstance(each, Between) and not (listed and len(each)):
                 raise ValueError(f"Choice `{name}` needs a range, Between(a, b), or some values.")
+            for value in [] if isinstance(each, Between) else each:
+                check_number(name, value)
 
     @property
     def ranges(self) -> dict[str, Between]:
@@ -79,11 +88,19 @@ class Candidates:
 
     def costs(self, values: Values) -> dict[str, float]:
         """The amount of each resource that one performance takes."""
-        found = {name: float(each) for name, each in self.cost(**values).items()}
+        given = self.cost(**values)
+        if not isinstance(given, Mapping):
+            raise TypeError(f"Argument `cost` must return a table, but it returns {given!r}.")
+        found = {name: _amount(name, each) for name, each in given.items()}
         for name, each in found.items():
             if not 0 <= each < math.inf:
                 raise ValueError(f"The cost `{name}` must be a number from 0 on, but is {each}.")
         return {PERFORMANCES: 1.0} | found | {PERFORMANCES: 1.0}
+
+
+def _amount(name: str, given: object) -> float:
+    check_number(name, given)
+    return float(np.asarray(given))
 
 
 def _covering(ranges: Mapping[str, Between]) -> list[dict[str, float]]:

@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from impactjax._fit.quantiles import NORMAL
 from impactjax._known import AnyArray
+from impactjax._refusal import as_names
 
 Covariances = Float[AnyArray, "... models parameters parameters"]
 Losses = Float[AnyArray, "..."]
@@ -176,9 +177,7 @@ def _variances(covariances: Covariances) -> Float[AnyArray, "... models paramete
 
 
 def _as_names(given: Sequence[str]) -> tuple[str, ...]:
-    if isinstance(given, str):
-        raise TypeError(f"Argument `names` must be a list of names: ['{given}'].")
-    names = tuple(given)
+    names = as_names("names", given)
     if len({*names}) < len(names):
         raise ValueError(f"A parameter is named twice: {', '.join(names)}.")
     return names
@@ -189,6 +188,7 @@ def _as_asked(
 ) -> tuple[tuple[str, float], ...]:
     if not isinstance(given, Mapping | tuple):
         raise TypeError(f'A goal is a table, as in Within({{"k": 0.05}}), but it is {given!r}.')
+    as_names("asked", [*dict(given)])
     for name, width in dict(given).items():
         if not isinstance(width, int | float):
             raise TypeError(f"The half-width asked of `{name}` must be a number, but is {width!r}.")

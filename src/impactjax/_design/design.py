@@ -20,7 +20,7 @@ from impactjax._design.refits import Refits, refitted
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.prior import Normal
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_function, check_kind, whole
 
 _ROUNDS = 4  # of numbers and continuous choices in turn
 _UNKNOWN = 100.0  # relative error from which a parameter counts as not determined
@@ -72,8 +72,10 @@ def design(
     check_kind("criterion", criterion, AbstractCriterion, 'Within({"k": 0.05})')
     if criterion.goal == -math.inf and not budget:
         raise ValueError('State a budget, as in budget={"performances": 5}: more is always better.')
-    if isinstance(refits, bool) or not isinstance(refits, int) or refits < 0:
-        raise ValueError(f"Argument `refits` must be a whole number from 0 on, but it is {refits}.")
+    check_kind("performed", performed, Sequence, "[experiment]")
+    whole("refits", refits, 0)
+    whole("seed", seed, 0)
+    check_function("tell", tell)
     resource = resource_of(kinds, budget or {})
     points = [Chosen(each, values, 0) for each in kinds for values in each.points()]
     done = [Chosen(_again(each), {}, 1) for each in performed]

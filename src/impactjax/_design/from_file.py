@@ -1,7 +1,7 @@
 """The experiments in a plan file."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,12 +42,12 @@ class Planned(NamedTuple):
     """Experiments in a plan.
 
     - `system`: the system with its values.
-    - `experiment`: the experiment at those values.
+    - `experiments`: the recordings of one motion at those values, one for each sensor.
     - `candidates`: the experiments to choose from.
     """
 
     system: System
-    experiment: Experiment
+    experiments: Sequence[Experiment]
     candidates: Candidates
 
 
@@ -59,19 +59,20 @@ def planned_experiments(path: Path, plan: PlanFile) -> Planned:
         system = replaced(system, tuple(at), tuple(at.values())) if at else system
         _check_names(plan, system)
         candidates = Candidates(
-            lambda model, **choices: _experiment(
+            lambda model, **choices: _experiments(
                 plan, dataclasses.replace(system, model=model), choices
             ),
             {name: _choice(each) for name, each in plan.choices.items()},
             lambda **choices: _costs(plan, choices),
         )
-        experiment = _experiment(plan, system, {})
-        build_problem(experiment)
+        experiments = _experiments(plan, system, {})
+        for each in experiments:
+            build_problem(each)
     except FileError:
         raise
     except ValueError as error:
         raise FileError(path, None, str(error).removesuffix("."), "correct the plan") from error
-    return Planned(system, experiment, candidates)
+    return Planned(system, experiments, candidates)
 
 
 def criterion_of(path: Path, plan: PlanFile) -> AbstractCriterion:
@@ -135,23 +136,29 @@ def _check_names(plan: PlanFile, system: System) -> None:
             check_value(name, value, known[name].allowed)
 
 
-def _experiment(plan: PlanFile, system: System, choices: Mapping[str, float]) -> Experiment:
+def _experiments(plan: PlanFile, system: System, choices: Mapping[str, float]) -> list[Experiment]:
+    """The recordings of one motion, one for each sensor."""
     own = {name: value for name, value in choices.items() if name not in (DURATION, RATE)}
     changed = replaced(system, tuple(own), tuple(own.values())) if own else system
     duration = choices.get(DURATION, plan.recording.duration)
     rate = choices.get(RATE, plan.recording.rate)
     usual = "angle" if system.model.oscillator.is_angle() else "displacement"
-    quantity = plan.recording.quantity or usual
-    check_named("quantity", quantity, QUANTITIES)
     ts = np.arange(round(duration * rate) + 1) / rate
-    return Experiment(
-        changed.model,
-        planned(ts, QUANTITIES[quantity]),
-        changed.initial,
-        changed.sensor,
-        fixed=plan.fit.fixed,
-        free=plan.fit.free,
-    )
+    sensors = [(plan.recording.quantity or usual, changed.sensor)]
+    sensors += [(each.quantity, sensor_of(each.sensor)) for each in plan.sensors]
+    for name, _ in sensors:
+        check_named("quantity", name, QUANTITIES)
+    return [
+        Experiment(
+            changed.model,
+            planned(ts, QUANTITIES[name]),
+            changed.initial,
+            sensor,
+            fixed=plan.fit.fixed,
+            free=plan.fit.free,
+        )
+        for name, sensor in sensors
+    ]
 
 
 def _choice(given: list[float] | RangeTable) -> Between | list[float]:

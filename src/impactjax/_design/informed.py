@@ -11,7 +11,6 @@ from impactjax._design.criterion import scale_of
 from impactjax._identify.directions import without
 from impactjax._identify.experiment_information import informed_by
 from impactjax._identify.information import Information
-from impactjax._identify.joint_information import joint_information
 from impactjax._known import AnyArray, known
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._problem.experiment import Experiment
@@ -19,8 +18,6 @@ from impactjax._problem.prior import Normal
 from impactjax._refusal import check_kind
 
 Matrices = Float[AnyArray, "models parameters parameters"]
-
-OF_MOTION = ("theta0", "theta_dot0", "x0", "x_dot0", "t0")  # the same for all sensors of a motion
 
 
 @dataclasses.dataclass
@@ -65,6 +62,7 @@ class Informed:
 
     def of_priors(self, priors: Mapping[str, Normal]) -> Matrices:
         """Prior knowledge, each an observation of one parameter."""
+        check_kind("priors", priors, Mapping, "{'length': Normal(0.071, 0.001)}")
         count = len(self.names)
         total = np.zeros((len(self.models), count, count))
         for name, prior in priors.items():
@@ -80,9 +78,7 @@ class Informed:
 
     def _table(self, model: int, several: Sequence[Experiment]) -> dict[tuple[str, str], float]:
         """Entries of one model's matrix by two names."""
-        parts = [informed_by(self.padded(each)) for each in several]
-        shared = [name for name in OF_MOTION if all(name in each.names for each in parts)]
-        told = joint_information(parts, shared=shared if len(parts) > 1 else ())
+        told = informed_by([self.padded(each) for each in several])
         own = np.array(told.of_model)
         names = [name for name, asked in zip(told.names, told.of_model, strict=True) if asked]
         self._learn(model, names, told)

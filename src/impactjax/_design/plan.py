@@ -53,16 +53,22 @@ class Expected:
         low = self.value - width
         return max(low, 0.0) if self.positive else low, self.value + width
 
+    @property
+    def quoted(self) -> str:
+        """The expected interval with its unit."""
+        if not math.isfinite(self.half_width):
+            return "not determined"
+        low, high = self.interval
+        return with_unit(interval(low, high, (high - self.value) / 2), self.unit)
+
     def __str__(self) -> str:
         if not math.isfinite(self.half_width):
-            return f"{self.name}: not determined"
-        low, high = self.interval
-        shown = interval(low, high, (high - self.value) / 2)
-        refits = "" if math.isnan(self.attained) else f", refits {self._amount(self.attained)}"
-        amount = self._amount(self.half_width)
-        return f"{self.name}: {with_unit(shown, self.unit)}, ± {amount}{refits}"
+            return f"{self.name}: {self.quoted}"
+        refits = "" if math.isnan(self.attained) else f", refits {self.amount(self.attained)}"
+        return f"{self.name}: {self.quoted}, ± {self.amount(self.half_width)}{refits}"
 
-    def _amount(self, width: float) -> str:
+    def amount(self, width: float) -> str:
+        """A half-width relative to the value, in per cent."""
         if not self.value:
             return with_unit(f"{width:.2g}", self.unit)
         return f"{100 * width:.2g} %" if width < 1 else f"{100 * width:.0f} %"
@@ -104,9 +110,11 @@ class Design:
         return self.criterion.goal == -math.inf or self.size <= 1 + 1e-9
 
     def __str__(self) -> str:
-        return "\n".join([self._verdict(), *self._plan(), *self._told(), *self._limits()])
+        return "\n".join([self.verdict, *self._plan(), *self._told(), *self.limits])
 
-    def _verdict(self) -> str:
+    @property
+    def verdict(self) -> str:
+        """The answer in a sentence."""
         if not self.criterion.asked_widths():
             if not self.performances:
                 return f"No plan was found: {self._nothing}."
@@ -124,7 +132,7 @@ class Design:
             )
         if not self.performances:
             return f"What is known already tells {asked}."
-        return f"This plan tells {asked}:"
+        return f"This plan tells {asked}."
 
     @property
     def _nothing(self) -> str:
@@ -141,7 +149,9 @@ class Design:
     def _told(self) -> list[str]:
         return [f"  {each}" for each in self.expected.values()]
 
-    def _limits(self) -> list[str]:
+    @property
+    def limits(self) -> list[str]:
+        """Sentences on what a better plan might reach, and on what failed."""
         found = []
         number = sum(each.number for each in self.performances)
         if number >= MOST:

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Key
 
-from impactjax._design.informed import OF_MOTION
 from impactjax._fit.bootstrap import simulated
 from impactjax._fit.evaluation import evaluate_each
 from impactjax._fit.search import Search, Searches, lowest
+from impactjax._identify.experiment_information import OF_MOTION
 from impactjax._known import AnyArray, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem

@@ -19,7 +19,7 @@ from impactjax._problem.joint_problem import JointProblem
 from impactjax._problem.prior import Normal
 from impactjax._problem.problem import Problem
 from impactjax._problem.scatter import NoScatter
-from impactjax._refusal import check_kind
+from impactjax._refusal import as_names, check_kind, whole
 from impactjax._types import Scalar
 
 _ROUNDS = 3  # joint fits, between which the noise variances are estimated anew
@@ -59,9 +59,7 @@ def fit_together(
     `shared` and `own`, and for an experiment with `NormalScatter()`.
     """
     check_search(starts, optimiser)
-    for argument, names in (("shared", shared), ("own", own)):
-        if isinstance(names, str):
-            raise TypeError(f"Argument `{argument}` must be a list of names: ['{names}'].")
+    shared, own = as_names("shared", shared), as_names("own", own)
     if not experiments:
         raise ValueError("There is no experiment to fit.")
     for experiment in experiments:
@@ -101,8 +99,17 @@ def _alone(experiment: Experiment) -> Problem:
 def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Problem]:
     """One experiment's part of a joint estimate, for figures, words and residuals. Values, errors
     and information criteria are those of the joint fit.
+
+    **Raises** `TypeError` for an estimate of one recording, and `ValueError` for a number that no
+    experiment has.
     """
+    check_kind("estimate", estimate, Estimate, "fit_together(experiments)")
     joint = estimate.problem
+    if not isinstance(joint, JointProblem):
+        raise TypeError("Argument `estimate` must be one of `fit_together`, but it is of one fit.")
+    count = len(joint.problems)
+    if whole("index", index, 0) >= count:
+        raise ValueError(f"There is no experiment {index}: there are {count}, from 0.")
     places = jnp.array(joint.places[index])
     residuals = joint.share(index, estimate.residuals)
     jacobian = joint.share(index, estimate.jacobian)[:, places]

@@ -43,7 +43,12 @@ def synthetic(
     if variance is None:
         raise ValueError("A synthetic recording needs the size of its noise: state `sigma`.")
     has_scatter(problem, scatter)
-    of_noise, of_scatter = jax.random.split(key)
+    try:
+        of_noise, of_scatter = jax.random.split(key)
+    except TypeError as error:
+        raise TypeError(
+            f"Argument `key` must be a random key, such as `jax.random.key(0)`, but it is {key!r}."
+        ) from error
     steps = jax.random.normal(of_scatter, (problem.impacts,), start.dtype)
     logs = jnp.asarray(scatter, start.dtype) * steps
     residuals = _residuals(problem, start, logs)

@@ -1,7 +1,5 @@
 """Checks of arguments that every run has, with a readable error for each mistake."""
 
-import operator
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,19 +8,6 @@ from jaxtyping import ArrayLike
 
 from impactjax._known import AnyArray
 from impactjax._types import Numbers
-
-
-def limit(name: str, value: int, least: int = 1) -> int:
-    """A whole number that is not too small."""
-    try:
-        number = operator.index(value)
-    except TypeError as error:
-        raise TypeError(
-            f"Argument `{name}` must be a whole number, but it is {value!r}."
-        ) from error
-    if number < least:
-        raise ValueError(f"Argument `{name}` must be at least {least}, but it is {number}.")
-    return number
 
 
 def as_number(name: str, value: ArrayLike) -> AnyArray:

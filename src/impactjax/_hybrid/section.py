@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from impactjax._hybrid.arguments import as_tolerance, limit
+from impactjax._hybrid.arguments import as_tolerance
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step, with_arrays
 from impactjax._hybrid.equations import Equations
@@ -18,7 +18,7 @@ from impactjax._hybrid.path import differentiable_path
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.surface import AbstractSurface, Marked
 from impactjax._hybrid.system import HybridSystem, State
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_kind, whole
 from impactjax._results import RESULTS
 from impactjax._types import Code, Flag, Scalar
 
@@ -95,8 +95,8 @@ def section(
     check_kind("system", system, HybridSystem, "Ball(gravity, restitution)")
     check_kind("start", start, Start, "Start(t=0.0, y=y0)")
     check_kind("surface", surface, AbstractSurface, "Every(period)")
-    keep = limit("keep", keep)
-    skip = limit("skip", skip, least=0)
+    keep = whole("keep", keep)
+    skip = whole("skip", skip, least=0)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     allowed = as_tolerance(tolerance, dtype)
     marked = Marked(with_arrays(system, dtype), surface)

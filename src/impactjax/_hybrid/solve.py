@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike
 
-from impactjax._hybrid.arguments import as_number, as_times, as_tolerance, check_order, limit
+from impactjax._hybrid.arguments import as_number, as_times, as_tolerance, check_order
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.ends import as_scale, as_start, begin, final_of, flow_step, with_arrays
 from impactjax._hybrid.equations import NO_EVENT, Equations
@@ -19,7 +19,7 @@ from impactjax._hybrid.solution import Solution
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import HybridSystem, State
 from impactjax._known import AnyArray
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_kind, whole
 from impactjax._results import RESULTS
 from impactjax._types import Numbers, Samples, Scalar
 
@@ -87,7 +87,7 @@ def solve_run(
     method: AbstractMethod | None,
 ) -> Solution:
     """`solve` for times of which some may be equal."""
-    rows, max_events = limit("max_steps", max_steps), limit("max_events", max_events)
+    rows, max_events = whole("max_steps", max_steps), whole("max_events", max_events)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     allowed = as_tolerance(tolerance, dtype)
     begun, system = as_start(start, dtype), with_arrays(system, dtype)

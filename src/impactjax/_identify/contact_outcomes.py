@@ -15,6 +15,7 @@ from impactjax._model.law import AbstractForceLaw, AbstractImpactLaw
 from impactjax._optimise.linearisation import Vector
 from impactjax._problem.padding import padded_size
 from impactjax._problem.problem import Problem
+from impactjax._refusal import check_number
 from impactjax._simulate.single_impact import single_impact
 
 
@@ -35,6 +36,7 @@ class Accuracy(NamedTuple):
     def check(self) -> None:
         """Raises `ValueError` unless all are positive."""
         for name, size in self._asdict().items():
+            check_number(name, size)
             if not size > 0:
                 raise ValueError(f"The accuracy of a {name} must be positive, and is {size}.")
 

@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -21,6 +20,7 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._optimise.linearisation import Vector
+from impactjax._parameter import as_parameter
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.problem import Problem
@@ -139,7 +139,7 @@ def couplings(
     if law is None:
         raise ValueError("The model has no lower stop, and so no contact law.")
     usual = Sensor(low_pass=Butterworth(_CUTOFF), sigma=_SIGMA) if sensor is None else sensor
-    plan, shaken = _Plan(jnp.asarray(ts), usual, simulation), model
+    plan, shaken = _Plan(as_parameter(ts), usual, simulation), model
     if forced is not None:
         shaken = _with(model, on_base(model.oscillator, forced))
         model = _with(model, or_at_rest(model.oscillator, forced))  # one program for all records

@@ -1,4 +1,7 @@
-"""The verb `information`: Fisher information in an experiment, before any data exist."""
+"""The verb `information`: Fisher information in experiments, before any data exist."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import ArrayLike, Float
@@ -9,7 +12,8 @@ from impactjax._fit.mixed_model import whitened
 from impactjax._fit.straight import straight
 from impactjax._fit.synthetic import has_scatter
 from impactjax._identify.directions import Sensitivities
-from impactjax._identify.information import Information, informed
+from impactjax._identify.information import About, Information, informed, scaled
+from impactjax._identify.joint_information import joint_information
 from impactjax._known import AnyArray, is_known, known, namespace
 from impactjax._optimise.linearisation import Vector
 from impactjax._problem.build_problem import build_problem
@@ -20,8 +24,14 @@ from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import Residuals
 from impactjax._refusal import check_kind
 
+Effects = Float[AnyArray, "observations impacts"]
 
-def information(experiment: Experiment, *, scatter: ArrayLike = 0.0) -> Information:
+OF_MOTION = ("theta0", "theta_dot0", "x0", "x_dot0", "t0")  # the same for all sensors of a motion
+
+
+def information(
+    experiment: Experiment | Sequence[Experiment], *, scatter: ArrayLike = 0.0
+) -> Information:
     """Fisher information in the recording of an experiment, at the values of its model.
 
     No measured value is used, so it may be a planned one (`planned`). Impact times are simulated up
@@ -34,7 +44,8 @@ def information(experiment: Experiment, *, scatter: ArrayLike = 0.0) -> Informat
 
     **Arguments:**
 
-    - `experiment`: the model with the values around which to linearise.
+    - `experiment`: the model with the values around which to linearise; or several experiments,
+      recordings of one motion by several sensors, with the initial state and the scatter in common.
     - `scatter`: standard deviation of the logarithm of the speed after each impact [1].
 
     **Raises** `ValueError` as `fit` does, for a sensor without `sigma`, a negative `scatter`, and a
@@ -42,14 +53,43 @@ def information(experiment: Experiment, *, scatter: ArrayLike = 0.0) -> Informat
     """
     told = informed_by(experiment, scatter)
     if is_known(told) and not np.isfinite(np.asarray(told.sensitivities)).all():
-        reason = failure(build_problem(experiment))
+        reason = failure(build_problem(_several(experiment)[0]))
         raise ValueError(f"The motion cannot be simulated: {reason}.")
     return told
 
 
-def informed_by(experiment: Experiment, scatter: ArrayLike = 0.0) -> Information:
+def informed_by(
+    experiment: Experiment | Sequence[Experiment], scatter: ArrayLike = 0.0
+) -> Information:
     """Variant of `information` that is NaN if the motion cannot be simulated."""
-    check_kind("experiment", experiment, Experiment, "Experiment(model, planned(...), initial)")
+    observed = [_observed(each, scatter) for each in _several(experiment)]
+    parts = [each.told for each in observed]
+    shared = [name for name in OF_MOTION if all(name in each.names for each in parts)]
+    told = joint_information(parts, shared=shared if len(parts) > 1 else ())
+    effects = [each.effects for each in observed if each.effects is not None]
+    return _with_scatter(told, effects, scatter) if effects else told
+
+
+class _Observed(NamedTuple):
+    """The information in a recording without scatter, and the derivatives of its rows by the
+    logarithms of the factors of the impacts; `None` without scatter.
+    """
+
+    told: Information
+    effects: Effects | None
+
+
+def _several(experiment: Experiment | Sequence[Experiment]) -> Sequence[Experiment]:
+    """The experiments. Raises `TypeError` for anything else, and `ValueError` for none."""
+    several = experiment if isinstance(experiment, Sequence) else [experiment]
+    for each in several:
+        check_kind("experiment", each, Experiment, "Experiment(model, planned(...), initial)")
+    if not several:
+        raise ValueError("There is no experiment to be informed by.")
+    return several
+
+
+def _observed(experiment: Experiment, scatter: ArrayLike) -> _Observed:
     problem = build_problem(experiment)
     variance, values = known(problem.variance()), known(problem.start)
     if variance is None:
@@ -57,14 +97,18 @@ def informed_by(experiment: Experiment, scatter: ArrayLike = 0.0) -> Information
             "Information before a measurement needs the size of the noise: state `sigma` of the "
             "sensor, as in `Sensor(sigma=0.001)`."
         )
+    effects = None
     if has_scatter(problem, scatter):
-        jacobian = _scattered(problem, values, variance, scatter)
+        jacobian, effects = scattered_slopes(problem, values)
     else:
         jacobian = _plain(problem, values)
     xp = namespace(jacobian, variance)
     jacobian = jacobian / xp.sqrt(variance)
     prior = xp.asarray(problem.prior_rows(values).slopes, jacobian.dtype)
-    return informed(problem.handles(), values, xp.concatenate([jacobian, prior]))
+    told = informed(problem.handles(), values, xp.concatenate([jacobian, prior]))
+    if effects is not None:
+        effects = xp.pad(effects / xp.sqrt(variance), ((0, len(prior)), (0, 0)))
+    return _Observed(told, effects)
 
 
 def _plain(problem: Problem, values: Vector) -> Sensitivities:
@@ -74,10 +118,8 @@ def _plain(problem: Problem, values: Vector) -> Sensitivities:
     return _existing(answer.residuals, answer.jacobian)[: problem.valid.shape[-1]]
 
 
-def _scattered(
-    problem: Problem, values: Vector, variance: Float[AnyArray, ""], scatter: ArrayLike
-) -> Sensitivities:
-    """The Jacobian in units of scatter and noise together, times the size of the noise."""
+def scattered_slopes(problem: Problem, values: Vector) -> tuple[Sensitivities, Effects]:
+    """The Jacobian of the observations, and their derivatives by the logarithms of the factors."""
     own, axes = problem.padded() if is_known(problem) else problem, straight(problem)
     most = own.impacts
     if is_known(problem) and not own.recording.observes_impacts:
@@ -85,10 +127,19 @@ def _scattered(
         most = min(padded_size(max(happen, 1)), most)
     nothing = namespace(values).zeros(most, values.dtype)
     point = around(own, axes.turned(values), nothing, evaluate)
-    xp = namespace(point.jacobian, variance, scatter)
-    ratio = xp.asarray(scatter, point.jacobian.dtype) ** 2 / variance
-    white = whitened(point.jacobian / axes.slopes(axes.turned(values)), point.effects, ratio)
-    return _existing(point.residuals, white)[: problem.valid.shape[-1]]
+    count = problem.valid.shape[-1]
+    jacobian = point.jacobian / axes.slopes(axes.turned(values))
+    return _existing(point.residuals, jacobian)[:count], known(point.effects)[:count]
+
+
+def _with_scatter(told: Information, effects: Sequence[Effects], scatter: ArrayLike) -> Information:
+    """The information in rows with scatter: in units of scatter and noise together."""
+    xp, most = namespace(told, effects, scatter), max(each.shape[1] for each in effects)
+    joined = xp.concatenate([xp.pad(x, ((0, 0), (0, most - x.shape[1]))) for x in effects])
+    rows = told.sensitivities / told.scale
+    white = whitened(rows, joined, xp.asarray(scatter, rows.dtype) ** 2)
+    about = About(told.names, told.units, told.positive, told.of_model)
+    return scaled(about, told.values, white)
 
 
 def _existing(residuals: Residuals, jacobian: Sensitivities | None) -> Sensitivities:

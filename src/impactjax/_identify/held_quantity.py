@@ -25,6 +25,7 @@ from impactjax._known import known
 from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._problem.problem import Problem
+from impactjax._refusal import returned_number
 from impactjax._sensor.system import System
 from impactjax._types import Flag, Scalar
 
@@ -95,11 +96,8 @@ def told(refits: Refits, quantity: Quantity, places: Rows) -> Told:
 def _value(problem: AbstractProblem, quantity: Quantity, u: Vector) -> tuple[Scalar, Vector]:
     def value(u: Vector) -> tuple[Float[Array, ""], Float[Array, ""]]:
         assert isinstance(problem, Problem)
-        found = jnp.asarray(quantity(problem.system_with(problem.at(u))), u.dtype)
-        if found.shape:
-            raise ValueError(
-                f"Argument `quantity` must return one number, but it has shape {found.shape}."
-            )
+        given = quantity(problem.system_with(problem.at(u)))
+        found = returned_number("quantity", given).astype(u.dtype)
         return found, found
 
     slopes, found = jax.jacfwd(value, has_aux=True)(u)

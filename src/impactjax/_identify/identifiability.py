@@ -5,6 +5,7 @@ import numpy as np
 from impactjax._fit.estimate import Estimate, P
 from impactjax._identify.information import Information, informed
 from impactjax._known import known, namespace
+from impactjax._refusal import check_kind
 
 
 @np.errstate(all="ignore")  # no warnings, as in JAX
@@ -16,6 +17,7 @@ def identifiability(estimate: Estimate[P]) -> Information:
     residuals count here as well. Scatter from impact to impact is part of it. An estimate that is
     not `usable` contains no information. Works under `jit` and `vmap`.
     """
+    check_kind("estimate", estimate, Estimate, "fit(experiment)")
     estimate = known(estimate)
     xp, parameters, scatter = namespace(estimate), estimate.problem.handles(), estimate.scatter
     jacobian = estimate.jacobian if scatter is None else scatter.jacobian

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from impactjax._identify.directions import Directions, Sensitivities, directions, spread, without
 from impactjax._known import AnyArray, known, namespace
 from impactjax._problem.parameters import Handle
+from impactjax._refusal import as_names
 
 PerParameter = Float[AnyArray, " parameters"]
 PerPair = Float[AnyArray, "parameters parameters"]
@@ -95,7 +96,8 @@ class Information(eqx.Module):
 
         Source: R. Brun, P. Reichert and H. R. Künsch (2001), Water Resources Research 37, 1015.
         """
-        if isinstance(names, str) or not names:
+        names = as_names("names", names)
+        if not names:
             raise ValueError("Argument `names` must be a list of at least one name.")
         for name in names:
             if name not in self.names:

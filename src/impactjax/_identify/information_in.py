@@ -13,7 +13,8 @@ from impactjax._identify.information import Information, PerParameter, informed
 from impactjax._identify.parameters import chosen
 from impactjax._known import AnyArray, is_known
 from impactjax._problem.parameters import with_values
-from impactjax._types import Numbers
+from impactjax._refusal import as_names, check_function, check_kind, returned
+from impactjax._types import Numbers, Scalar
 
 Part = TypeVar("Part", bound=eqx.Module)
 
@@ -43,15 +44,39 @@ def information_in(
     **Raises** `ValueError` for a name that the part does not have or that is in both lists, for a
     known `sigma` that is not positive, and if no parameter is left.
     """
+    check_function("data", data)
+    check_kind("part", part, eqx.Module, "KelvinVoigt(600.0, 0.2)")
+    free, fixed = as_names("free", free), as_names("fixed", fixed)
     if both := sorted({*free} & {*fixed}):
         raise ValueError(f"`{both[0]}` is in both `free` and `fixed`.")
-    if is_known(sigma) and not np.all(np.asarray(sigma) > 0):
-        raise ValueError(f"Argument `sigma` must be positive, but it is {sigma}.")
+    _check_sigma(sigma)
     parameters = chosen(part, free, fixed)
-    values = jnp.stack([each.get(part) for each in parameters.values()])
+    values = jnp.stack([_number(name, each.get(part)) for name, each in parameters.items()])
     noise = jnp.asarray(sigma, values.dtype)
 
     def in_units(values: PerParameter) -> Float[AnyArray, " data"]:
-        return jnp.ravel(data(with_values(part, [*parameters.values()], list(values))) / noise)
+        found = returned("data", data(with_values(part, [*parameters.values()], list(values))))
+        if noise.shape and noise.shape != found.shape:
+            raise ValueError(
+                "Argument `sigma` must be one number or one for each datum, but its shape is "
+                f"{noise.shape}, and that of the data {found.shape}."
+            )
+        return jnp.ravel(found / noise)
 
     return informed(parameters, values, jax.jacfwd(in_units)(values))
+
+
+def _check_sigma(sigma: object) -> None:
+    """Raises `TypeError` for what is no number, and `ValueError` for one that is not positive."""
+    if not is_known(sigma):
+        return
+    if np.asarray(sigma).dtype.kind not in "iuf":
+        raise TypeError(f"Argument `sigma` must be a number, or several, but it is {sigma!r}.")
+    if not np.all(np.asarray(sigma) > 0):
+        raise ValueError(f"Argument `sigma` must be positive, but it is {sigma}.")
+
+
+def _number(name: str, value: Scalar) -> Scalar:
+    if value.shape:
+        raise ValueError(f"`{name}` has shape {value.shape}, but must be one number: use `vmap`.")
+    return value

@@ -6,7 +6,7 @@ import numpy as np
 
 from impactjax._identify.information import About, Information, scaled
 from impactjax._known import is_known, namespace
-from impactjax._refusal import check_kind
+from impactjax._refusal import as_names, check_kind
 
 
 def joint_information(parts: Sequence[Information], *, shared: Sequence[str] = ()) -> Information:
@@ -28,12 +28,12 @@ def joint_information(parts: Sequence[Information], *, shared: Sequence[str] = (
     """
     if isinstance(parts, Information):
         parts = [parts]
+    check_kind("parts", parts, Sequence, "[information(experiment)]")
     if not parts:
         raise ValueError("There is no information to join.")
     for each in parts:
         check_kind("parts", each, Information, "information(experiment)")
-    if isinstance(shared, str):
-        raise TypeError(f"Argument `shared` must be a list of names: ['{shared}'].")
+    shared = as_names("shared", shared)
     for name in shared:
         if not any(name in each.names for each in parts):
             raise ValueError(f"No part has a parameter `{name}`.")

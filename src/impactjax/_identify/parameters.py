@@ -1,6 +1,6 @@
 """The parameters of a part of a model, or of the whole, by name."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import equinox as eqx
 
@@ -32,9 +32,6 @@ def chosen(part: eqx.Module, free: Sequence[str], fixed: Sequence[str]) -> dict[
     **Raises** `ValueError` for a name that the part does not have, and if nothing is left.
     """
     known = parameters_of(part)
-    for argument, names in (("free", free), ("fixed", fixed)):
-        if isinstance(names, str | Mapping):
-            raise ValueError(f"Argument `{argument}` must be a list of names; `part` has values.")
     for name in (*free, *fixed):
         if name not in known:
             raise ValueError(f"There is no parameter `{name}`; there are {', '.join(known)}.")

@@ -15,7 +15,7 @@ from impactjax._identify.density import Density, density_of
 from impactjax._identify.nuts import Draws, Length, Place, Progress, sampled
 from impactjax._optimise.linearisation import Vector
 from impactjax._problem.loss import Squares
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_function, check_kind, whole
 
 if TYPE_CHECKING:
     import xarray
@@ -74,7 +74,11 @@ def posterior(
     Research 15, 1593; A. Vehtari et al. (2021), Bayesian Analysis 16, 667, for R-hat.
     """
     _check_installed()
-    _check_counts(draws, chains, warmup)
+    whole("draws", draws, _FEWEST)
+    whole("chains", chains, 2)
+    whole("warmup", warmup, 0)
+    whole("seed", seed, 0)
+    check_function("progress", progress)
     _check_estimate(estimate)
     for_starts, for_chains = jax.random.split(jax.random.key(seed))
     keys = jax.random.split(for_chains, chains)
@@ -123,16 +127,6 @@ def _check_installed() -> None:
         raise ImportError(
             "A posterior needs NumPyro and ArviZ: `pip install 'impactjax[posterior]'`."
         ) from error
-
-
-def _check_counts(draws: int, chains: int, warmup: int) -> None:
-    for name, value, least in (
-        ("draws", draws, _FEWEST),
-        ("chains", chains, 2),
-        ("warmup", warmup, 0),
-    ):
-        if value < least:
-            raise ValueError(f"Argument `{name}` must be at least {least}, but it is {value}.")
 
 
 def _starts(estimate: Estimate[P], density: Density, keys: Key[Array, " chains"]) -> list[Place]:

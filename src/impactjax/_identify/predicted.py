@@ -18,6 +18,7 @@ from impactjax._identify.profiles import check_profiled
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._parameter import Range
 from impactjax._problem.problem import Problem
+from impactjax._refusal import check_function
 
 _ROUNDS = 12  # most refits on one side
 
@@ -52,7 +53,8 @@ def predicted(
 
     Source: Kreutz, Raue and Timmer (2012), BMC Systems Biology 6, 120.
     """
-    check_profiled(estimate, points)
+    check_profiled(estimate, points, optimiser)
+    check_function("quantity", quantity)
     if not isinstance(estimate.problem, Problem):
         raise ValueError("A prediction is of one recording that was fitted alone.")
     refits = refits_of(estimate, optimiser, Search())

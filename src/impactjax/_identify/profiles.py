@@ -13,7 +13,7 @@ from impactjax._identify.begun import Begun, begun_curves, held_parameters, valu
 from impactjax._identify.curves import Knots, traced
 from impactjax._identify.profile_curve import Profile, profile_along
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_kind, whole
 
 _SAME = 1e-3  # relative difference of two costs that counts as none
 _FEWEST = 5  # points of a curve
@@ -52,7 +52,7 @@ def profiles(
     Source: A. Raue et al. (2009), Bioinformatics 25, 1923, for the method; R. Boiger et al. (2016),
     Inverse Problems 32, 125009, for starts along tangents.
     """
-    check_profiled(estimate, points)
+    check_profiled(estimate, points, optimiser)
     check_names(estimate, names)
     names = names or estimate.names
     refits = refits_of(estimate, optimiser, usual_search(estimate.problem))
@@ -92,29 +92,32 @@ def _profile(
     return profile_along(name, begin.axis, knots, *rest, lasting=lasting)
 
 
-def check_profiled(estimate: Estimate[P], points: int) -> None:
+def check_profiled(estimate: Estimate[P], points: int, optimiser: LevenbergMarquardt) -> None:
     """Raises `ValueError` for an estimate that has no profile, and for too few points."""
     check_kind("estimate", estimate, Estimate, "fit(experiment)")
+    check_kind("optimiser", optimiser, LevenbergMarquardt, "LevenbergMarquardt()")
+    whole("points", points, _FEWEST)
     estimate.check_single()
+    if found := obstacle(estimate):
+        raise ValueError(found)
+
+
+def obstacle(estimate: Estimate[P]) -> str:
+    """Reason why a single estimate has no profile; empty if it has one."""
     if estimate.scatter is not None:
-        raise ValueError(
+        return (
             "This estimate has scatter from impact to impact, and refits would have none: fit the "
             "experiment with `scatter=NoScatter()`, or use the intervals of the estimate."
         )
     if not bool(estimate.usable):
-        raise ValueError(f"The estimate has no profile, since its fit {_failed(estimate)}.")
+        return f"The estimate has no profile, since its fit is not usable ({estimate.cause})."
     cost = float(np.sum(estimate.problem.assumed().loss.cost(jnp.asarray(estimate.residuals))))
     if not np.isclose(cost, np.nanmin(estimate.start_costs), rtol=_SAME):
-        raise ValueError(
+        return (
             "This estimate is a part of a joint one, whose values are not the minimum of this "
             "recording alone: take the joint estimate, or fit the recording alone."
         )
-    if points < _FEWEST:
-        raise ValueError(f"Argument `points` must be at least {_FEWEST}, but it is {points}.")
-
-
-def _failed(estimate: Estimate[P]) -> str:
-    return f"is not usable ({estimate.cause})"
+    return ""
 
 
 def check_names(estimate: Estimate[P], names: tuple[str, ...]) -> None:

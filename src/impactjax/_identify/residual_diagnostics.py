@@ -10,6 +10,7 @@ from impactjax._fit.estimate import Estimate
 from impactjax._known import AnyArray, known, namespace
 from impactjax._problem.noise import autocovariances
 from impactjax._problem.problem import Problem
+from impactjax._refusal import check_kind
 
 UNLIKELY = 1e-3  # significance level of each test
 _LAGS = 40  # most lags of the autocorrelation; at most a quarter of the number of samples
@@ -112,6 +113,7 @@ def residual_diagnostics(estimate: Estimate[Problem]) -> ResidualDiagnostics:
     Source: Ljung & Box, Biometrika 65, 297 (1978); Wald & Wolfowitz, Ann. Math. Stat. 11, 147
     (1940); Jarque & Bera, Econ. Lett. 6, 255 (1980).
     """
+    check_kind("estimate", estimate, Estimate, "fit(experiment)")
     estimate = known(estimate)
     xp, valid = namespace(estimate), estimate.problem.recording.valid
     n = xp.sum(valid).astype(estimate.residuals.dtype)

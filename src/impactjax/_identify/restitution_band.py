@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 from impactjax._fit.learned import Learned
 from impactjax._model.law import AbstractImpactLaw
 from impactjax._parameter import as_parameter
+from impactjax._refusal import check_kind
 from impactjax._types import Numbers
 
 _ABSENT = 1e-6  # relative size of a derivative that counts as rounding
@@ -30,6 +31,7 @@ def restitution_band(learned: Learned, speeds: Numbers) -> tuple[Curve, Curve]:
 
     **Raises** `ValueError` if there is no impact law at the lower stop.
     """
+    check_kind("learned", learned, Learned, "learn(experiment)")
     stop = learned.task.problem.system.model.lower
     if stop is None or not isinstance(stop.law, AbstractImpactLaw):
         raise ValueError("Argument `learned` must have an impact law at its lower stop.")

@@ -101,7 +101,10 @@ def ridge(
 
     **Raises** `ValueError` as `profiles` does.
     """
-    check_profiled(estimate, min(points))
+    if not isinstance(points, tuple) or len(points) != 2:
+        raise TypeError(f"Argument `points` must be a pair, such as (100, 100), not {points!r}.")
+    for each in points:
+        check_profiled(estimate, each, optimiser)
     check_names(estimate, (first, second))
     if known is not None:
         check_kind("known", known, Ridge, "ridge(estimate, 'k', 'c')")

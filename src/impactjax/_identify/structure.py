@@ -29,6 +29,7 @@ from impactjax._parameter import Range
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.parameters import Handle, with_values
+from impactjax._refusal import whole
 from impactjax._types import Numbers
 
 _SPREAD = 0.2  # standard deviation of the random points, relative to the values
@@ -89,6 +90,8 @@ def structure(experiment: Experiment, *, points: int = 8, seed: int = 0) -> Stru
 
     **Raises** `ValueError` as `information` does.
     """
+    whole("points", points, 0)
+    whole("seed", seed, 0)
     first = information(experiment)
     problem = build_problem(experiment)
     ranges = [handle.allowed for handle in problem.handles().values()]
@@ -125,6 +128,8 @@ def structure_in(
 
     **Raises** `ValueError` as `information_in` does.
     """
+    whole("points", points, 0)
+    whole("seed", seed, 0)
     handles: dict[str, Handle] = chosen(part, free, fixed)
 
     def at(moved: Part) -> Information:
@@ -143,8 +148,6 @@ def _around(
     told: Information, ranges: Sequence[Range], points: int, seed: int
 ) -> Float[np.ndarray, "points parameters"]:
     """Random values around the given ones, inside the ranges."""
-    if points < 0:
-        raise ValueError(f"Argument `points` must not be negative, but it is {points}.")
     values, scale = np.asarray(told.values), np.asarray(told.scale)
     steps = _SPREAD * np.random.default_rng(seed).standard_normal((points, len(values)))
     scaled = np.array(told.positive) & (values > 0)

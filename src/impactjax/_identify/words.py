@@ -9,6 +9,7 @@ import numpy as np
 
 from impactjax._identify.directions import DETERMINED, Directions
 from impactjax._identify.information import Information
+from impactjax._refusal import check_kind
 
 _WORTH = 1.5  # factor by which the error may grow for a simpler combination
 _WELL = 0.01  # relative standard error up to which a simpler combination is always accepted
@@ -38,6 +39,7 @@ class Finding(NamedTuple):
 
 def findings(information: Information) -> list[Finding]:
     """Determined and undetermined combinations of parameters, the best determined first."""
+    check_kind("information", information, Information, "identifiability(estimate)")
     found = information.directions
     rows = zip(np.asarray(found.exponents), np.asarray(found.errors), strict=True)
     return [_finding(information, found, row, float(error)) for row, error in rows]

@@ -14,7 +14,7 @@ from impactjax._problem.prior import Normal
 from impactjax._problem.problem import Tie
 from impactjax._problem.scatter import AbstractScatter
 from impactjax._record.abstract_recording import AbstractRecording
-from impactjax._refusal import check_kind, of_kind
+from impactjax._refusal import as_names, check_kind, of_kind
 from impactjax._sensor.sensor import Sensor
 from impactjax._shown import with_numbers
 from impactjax._simulate.simulation import Simulation
@@ -69,7 +69,7 @@ class Experiment(eqx.Module):
         converter=lambda given: _as_fixed(given), default_factory=dict
     )
     free: tuple[str, ...] = eqx.field(
-        converter=lambda given: _as_names("free", given), default=(), static=True
+        converter=lambda given: as_names("free", given), default=(), static=True
     )
     ties: tuple[tuple[str, Tie], ...] = eqx.field(
         converter=lambda given: _as_ties(given), default=(), static=True
@@ -108,19 +108,9 @@ def _as_sensor(given: Sensor | None) -> Sensor:
     return given
 
 
-def _as_names(argument: str, given: Sequence[str]) -> tuple[str, ...]:
-    if isinstance(given, str):
-        raise TypeError(f"Argument `{argument}` must be a list of names: ['{given}'].")
-    if isinstance(given, Mapping):
-        raise TypeError(f"Argument `{argument}` must be a list of names; `model` has the values.")
-    for name in given:
-        check_kind(argument, name, str, "'offset'")
-    return tuple(given)
-
-
 def _as_fixed(given: Fixed) -> dict[str, Float[Array, "..."] | None]:
     if not isinstance(given, Mapping):
-        return dict.fromkeys(_as_names("fixed", given))
+        return dict.fromkeys(as_names("fixed", given))
     return {name: None if v is None else as_parameter(v) for name, v in given.items()}
 
 

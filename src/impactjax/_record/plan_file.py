@@ -31,6 +31,13 @@ class PlannedRecording(msgspec.Struct, forbid_unknown_fields=True):
     rate: Positive = 1000.0
 
 
+class FurtherSensor(msgspec.Struct, forbid_unknown_fields=True):
+    """[[sensors]]: a further sensor of the same motion, and its quantity."""
+
+    quantity: str
+    sensor: SensorTable
+
+
 class PlannedFit(msgspec.Struct, forbid_unknown_fields=True):
     """[fit]: parameters that are known, and those to fit although they usually are."""
 
@@ -68,6 +75,7 @@ class PlanFile(msgspec.Struct, forbid_unknown_fields=True):
     upper: UpperTable = msgspec.field(default_factory=UpperTable)
     base: BaseTable = msgspec.field(default_factory=BaseTable)
     sensor: SensorTable = msgspec.field(default_factory=SensorTable)
+    sensors: list[FurtherSensor] = msgspec.field(default_factory=list)
     recording: PlannedRecording = msgspec.field(default_factory=PlannedRecording)
     choices: dict[str, list[Finite] | RangeTable] = msgspec.field(default_factory=dict)
     cost: dict[str, CostTable] = msgspec.field(default_factory=dict)
@@ -81,7 +89,7 @@ def read_plan(path: Path) -> PlanFile:
     text = read_text(path)
     plan = tables_in(path, text, PlanFile)
     check_complete(path, text, plan.upper, plan.base)
-    if plan.sensor.sigma is None:
+    if any(each.sigma is None for each in (plan.sensor, *(own.sensor for own in plan.sensors))):
         place = line_of(text, "sensor")
         problem = "a plan needs the size of the noise"
         raise FileError(path, place, problem, "state `sigma` under [sensor], in the SI unit")

@@ -10,6 +10,7 @@ import numpy as np
 
 from impactjax._check.check import Check
 from impactjax._record.recording import Recording
+from impactjax._refusal import check_kind
 from impactjax._report.picture import PLAIN, figure
 from impactjax._report.style import FAINT, FITTED, OTHER, RECORDED
 
@@ -24,6 +25,7 @@ def plot_check(ax: "Axes", check: Check) -> "Axes":
     """The recording with its impacts, or with the extremes of a free swing. Parts that are not
     fitted are shaded or faint. Of impact times, the durations of the flights.
     """
+    check_kind("check", check, Check, "check(file)")
     recording, look = check.survey.recording, check.survey.look
     if not isinstance(recording, Recording):
         return _flights(ax, check)

@@ -8,6 +8,7 @@ import numpy as np
 from impactjax._identify.information import Information
 from impactjax._identify.words import findings
 from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._refusal import check_kind
 from impactjax._report.style import FITTED, LAWS, OTHER
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ _OPEN = 1e3  # largest relative error drawn
 
 def plot_correlation(ax: "Axes", information: Information) -> "Axes":
     """Correlation matrix of the parameters' errors, as a colour map with numbers."""
+    check_kind("information", information, Information, "identifiability(estimate)")
     matrix = np.asarray(information.correlation)
     count = range(len(information.names))
     ax.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1)
@@ -70,6 +72,8 @@ def plot_sensitivities(
 
     **Raises** `ValueError` for information in something else.
     """
+    check_kind("information", information, Information, "identifiability(estimate)")
+    check_kind("recording", recording, AbstractRecording, "Recording(ts, values, Angle())")
     at, label = recording.axis
     further = len(information.sensitivities) - len(at)
     if not 0 <= further <= len(information.names):  # the rows of prior knowledge come last

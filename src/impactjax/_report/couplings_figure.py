@@ -8,6 +8,7 @@ import numpy as np
 from impactjax._identify.couplings import OPEN, Couplings
 from impactjax._identify.directions import DETERMINED
 from impactjax._identify.words import findings
+from impactjax._refusal import check_kind
 from impactjax._report.style import FAINT, LAWS
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ def plot_couplings(ax: "Axes", found: Couplings) -> "Axes":
     - `ax`: axes to draw on.
     - `found`: result of `couplings`.
     """
+    check_kind("found", found, Couplings, "couplings(model, initial, ts)")
     from matplotlib.ticker import FuncFormatter
 
     bounds = np.array([*found.bounds.values()])

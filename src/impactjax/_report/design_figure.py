@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactjax._design.plan import Design
+from impactjax._refusal import check_kind
 from impactjax._report.style import LAWS
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ def plot_design(ax: "Axes", found: Design) -> "Axes":
     - `ax`: axes to draw on.
     - `found`: result of `design`.
     """
+    check_kind("found", found, Design, "design(candidates, model, criterion)")
     names = list(found.expected)
     expected = np.array([each.half_width for each in found.expected.values()])
     attained = np.array([each.attained for each in found.expected.values()])
@@ -39,7 +41,8 @@ def plot_design(ax: "Axes", found: Design) -> "Axes":
         style = {"color": "black", "markersize": 18, "markeredgewidth": 1.5}
         ax.plot([*asked.values()], at, "|", label="asked", **style)
     ax.set_yticks(rows, names)
-    ax.set(xscale="log", xlabel="half-width of the 95 % interval, relative to the value")
+    ax.set(xscale="log", xlabel="relative half-width of the 95 % interval")
     ax.set_ylim(len(rows) - 0.5, -0.5)
-    ax.legend(frameon=False, fontsize="small")
+    above = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 3}
+    ax.legend(frameon=False, fontsize="small", **above)
     return ax

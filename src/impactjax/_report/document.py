@@ -1,8 +1,7 @@
 """Content of `fit.json`: the results of all fits."""
 
-import importlib.metadata
-import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -23,24 +22,27 @@ from impactjax._problem.problem import Problem
 from impactjax._report.given import OwnValue, given, is_assumed
 from impactjax._report.json_number import json_number
 from impactjax._report.outcome import outcome_of
+from impactjax._report.profile_curves import Curves, curves_document
 from impactjax._report.repeats import repeats_document
 from impactjax._report.residual_words import residual_sentences
 from impactjax._report.restitution_curves import restitution_curve, speeds_of
 from impactjax._report.rows import corrected_aic
+from impactjax._report.versions import versions
 
 _EVERY = 20  # points of a curve from one that is written to the next
-_PACKAGES = ("impactjax", "jax", "jaxlib", "diffrax", "numpy", "scipy")
 
 
 def document(
-    comparisons: Sequence[Comparison], repeats: Repeatability | None = None
+    comparisons: Sequence[Comparison],
+    repeats: Repeatability | None = None,
+    curves: Mapping[str, Curves] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """The content of `fit.json`: all fits, software versions, seed, notes on each recording, and
-    the means over recordings that are repeats.
+    """The content of `fit.json`: all fits, software versions, seed, notes on each recording, the
+    means over recordings that are repeats, and profiles of the best fit by recording.
     """
     return {
         "recording": ", ".join(each.name for each in comparisons),
-        "fits": [fit for comparison in comparisons for fit in _fits(comparison)],
+        "fits": [fit for each in comparisons for fit in _fits(each, curves.get(each.name, {}))],
         "versions": versions(),
         "seed": comparisons[0].seed,
         "measured_restitution": {each.name: _measured(each) for each in comparisons},
@@ -62,13 +64,7 @@ def _table(speeds: np.ndarray, restitutions: np.ndarray) -> dict[str, Any]:
     }
 
 
-def versions() -> dict[str, str]:
-    """Versions of the software that a result depends on."""
-    found = {name: importlib.metadata.version(name) for name in _PACKAGES}
-    return {"python": platform.python_version(), **found}
-
-
-def _fits(comparison: Comparison) -> list[dict[str, Any]]:
+def _fits(comparison: Comparison, curves: Curves) -> list[dict[str, Any]]:
     """The fits, each with the difference of its criterion to the best, null if that does not exist,
     and a flag for a law that the best one rules out, whose verdicts are meaningless.
     """
@@ -82,6 +78,7 @@ def _fits(comparison: Comparison) -> list[dict[str, Any]]:
             "aic_behind": json_number(behind),
             "rejected": out,
             "across": wider if i == 0 else {},
+            "profiles": curves_document(curves) if i == 0 else {},
         }
         for i, (fitted, behind, out) in enumerate(against_best)
     ]

@@ -6,6 +6,7 @@ import numpy as np
 
 from impactjax._fit.estimate import Estimate
 from impactjax._problem.problem import Problem
+from impactjax._refusal import check_kind
 from impactjax._report.style import FITTED, RECORDED
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 def plot_fit(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """The recording with the fitted motion; for impact times, the durations of the flights."""
+    check_kind("estimate", estimate, Estimate, "fit(experiment)")
     curves = estimate.problem.recording.curves(np.asarray(estimate.residuals))
     recorded, fitted, width = ("-", "-", 3) if curves.dense else ("o", ".-", 1)
     ax.plot(curves.at, curves.recorded, recorded, color=RECORDED, linewidth=width, label="recorded")
@@ -25,6 +27,7 @@ def plot_fit(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
 
 def plot_residuals(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """Residuals of the fit, recorded minus fitted; dotted lines mark the impacts of the motion."""
+    check_kind("estimate", estimate, Estimate, "fit(experiment)")
     recording = estimate.problem.recording
     unit, factor = recording.shown
     left = np.where(np.asarray(recording.valid), -np.asarray(estimate.residuals), np.nan) * factor

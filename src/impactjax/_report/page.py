@@ -1,9 +1,9 @@
 """The report: one self-contained HTML page."""
 
-import importlib.resources
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 from impactjax._compare.comparison import Comparison, Fitted
@@ -16,11 +16,12 @@ from impactjax._report.coupling_figures import (
     plot_directions,
     plot_sensitivities,
 )
-from impactjax._report.document import versions
 from impactjax._report.fit_figures import plot_fit, plot_residuals
 from impactjax._report.given import given, speeds_rest_on, taken
 from impactjax._report.outcome import was_simulated
 from impactjax._report.picture import Margins, Picture, picture, wide_picture
+from impactjax._report.profile_curves import NO_CURVES, Curves, curve_pictures
+from impactjax._report.rendered import rendered
 from impactjax._report.repeats import repeats_section
 from impactjax._report.residual_figures import (
     plot_autocorrelation,
@@ -41,32 +42,29 @@ from impactjax._report.words import sentences
 
 
 def page(
-    comparisons: Sequence[Comparison], command: str, repeats: Repeatability | None = None
+    comparisons: Sequence[Comparison],
+    command: str,
+    repeats: Repeatability | None = None,
+    curves: Mapping[str, Curves] = MappingProxyType({}),
 ) -> str:
     """An HTML page with embedded figures, a section for each recording, and the command. What
-    repeated recordings tell together comes first.
+    repeated recordings tell together comes first. Profiles are those of the best fit, by recording.
     """
-    template = (
-        importlib.resources.files("impactjax._report").joinpath("page.html").read_text("utf-8")
-    )
-    import jinja2  # imported only when needed
-
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     several = len(comparisons) > 1
     title = "What the impact is made of" if several else f"Contact of {comparisons[0].name}"
-    return environment.from_string(template).render(
+    return rendered(
+        "page.html",
         title=title,
         repeats=None if repeats is None else repeats_section(repeats),
-        sections=[_section(each) for each in comparisons],
+        sections=[_section(each, curves.get(each.name, {})) for each in comparisons],
         command=command,
         seed=comparisons[0].seed,
-        versions=versions(),
         clear=f"{CLEAR:g}",
         sources=sources([fitted for each in comparisons for fitted in each]),
     )
 
 
-def _section(comparison: Comparison) -> dict[str, Any]:
+def _section(comparison: Comparison, curves: Curves) -> dict[str, Any]:
     name, fits, best = comparison.name, comparison.fits, comparison.best
     estimate, law = best.estimate, best.name
     told = identifiability(estimate)
@@ -91,6 +89,8 @@ def _section(comparison: Comparison) -> dict[str, Any]:
             for each, rows in zip(fits, parameter_rows(fits), strict=True)
             if was_simulated(each.estimate)
         ],
+        "profiles": curve_pictures(name, best, curves),
+        "no_profiles": "" if estimate.scatter is None else NO_CURVES,
         "coupling": coupling(told),
         "couplings": _coupling_pictures(name, best),
         "impacts": impacts,

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from impactjax._identify.profile_curve import Profile
 from impactjax._identify.ridge import Ridge
+from impactjax._refusal import check_kind
 from impactjax._report.style import FAINT, FITTED, OTHER, RECORDED
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 _HIGHEST = 3.0  # rise up to which a profile is drawn, relative to its threshold
 _DECADE = 10.0  # ratio of the ends from which an axis is logarithmic
 _ROOM = 0.15  # share of an axis that is left around a region
+_TICKS = 4  # most intervals between numbers of a linear axis, which may be long
 _COARSE = 0.683  # confidence of the inner region
 
 Theory = Callable[[Float[np.ndarray, " points"]], Float[np.ndarray, " points"]]
@@ -31,6 +33,7 @@ def plot_profile(ax: "Axes", found: Profile) -> "Axes":
     - `ax`: axes to draw on.
     - `found`: one of the results of `profiles`, or the result of `predicted`.
     """
+    check_kind("found", found, Profile, 'profiles(estimate)["k"]')
     failed = np.isnan(found.rise)
     ends = [found.at[0], found.at[-1]]
     low, high = (float(np.clip(end, *ends)) for end in (found.low, found.high))
@@ -45,6 +48,8 @@ def plot_profile(ax: "Axes", found: Profile) -> "Axes":
     ax.set_ylim(-0.03 * shown, 1.05 * max(shown, 1.05 * found.threshold))
     if _is_wide(found.at[~failed]):
         ax.set_xscale("log")
+    else:
+        ax.locator_params(axis="x", nbins=_TICKS)
     return ax
 
 
@@ -59,6 +64,7 @@ def plot_ridge(ax: "Axes", found: Ridge, theory: Theory | None = None) -> "Axes"
     - `theory`: the second parameter as a function of the first one by a theory, which is drawn over
       the regions: `lambda k: 0.1 * k`.
     """
+    check_kind("found", found, Ridge, "ridge(estimate, 'k', 'c')")
     first = np.broadcast_to(found.first[:, None], found.second.shape)
     levels = [found.threshold(_COARSE), found.threshold()]
     rise = np.where(np.isnan(found.rise), 10 * levels[1], found.rise)

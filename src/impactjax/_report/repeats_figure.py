@@ -6,6 +6,7 @@ import numpy as np
 
 from impactjax._compare.repeatability import RepeatedParameter
 from impactjax._fit.quantiles import NORMAL
+from impactjax._refusal import check_kind
 from impactjax._report.style import FITTED, RECORDED
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ def plot_repeats(ax: "Axes", parameter: RepeatedParameter) -> "Axes":
     - `ax`: axes to draw on.
     - `parameter`: one of a model of `repeatability`.
     """
+    example = "repeatability(comparisons)['restitution']['r']"
+    check_kind("parameter", parameter, RepeatedParameter, example)
     over, count = parameter.over, len(parameter.values)
     at = np.arange(1, count + 1)
     reach = NORMAL * parameter.errors

@@ -8,6 +8,7 @@ from scipy import special
 from impactjax._fit.estimate import Estimate
 from impactjax._identify.residual_diagnostics import residual_diagnostics
 from impactjax._problem.problem import Problem
+from impactjax._refusal import check_kind
 from impactjax._report.style import FAINT, FITTED, OTHER, RECORDED
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def plot_autocorrelation(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
 
 def plot_quantiles(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """Quantiles of the residuals against those of a normal distribution, with the diagonal."""
+    check_kind("estimate", estimate, Estimate, "fit(experiment)")
     valid = np.asarray(estimate.problem.recording.valid)
     size = float(estimate.rms) or 1.0  # zero without a successful simulation
     left = np.sort(-np.asarray(estimate.residuals)[valid]) / size
@@ -43,6 +45,7 @@ def plot_impact_residuals(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """Rms of the residuals just after each impact, divided by that of all. It is large for a law
     that does not describe the contact.
     """
+    check_kind("estimate", estimate, Estimate, "fit(experiment)")
     log = estimate.impacts
     after = np.asarray(residual_diagnostics(estimate).after_impacts)
     after = after[: int(log.count)] if len(after) == len(log.time) else after

@@ -8,12 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from impactjax._compare.comparison import Fitted
+from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._first_look.first_look import FirstLook
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.learned import Learned
 from impactjax._identify.restitution_band import restitution_band
 from impactjax._problem.problem import Problem
+from impactjax._refusal import check_kind
 from impactjax._report.restitution_curves import impacts, restitution_curve, speeds_of
 from impactjax._report.style import LAWS, RECORDED
 
@@ -34,6 +35,10 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted], look: FirstLook | None 
     - `fits`: fits of a comparison.
     - `look`: first look at the recording, whose impacts, measured without any law, are drawn too.
     """
+    if not isinstance(fits, Sequence | Comparison):
+        raise TypeError("Argument `fits` must be the fits of a comparison, `compare(...).fits`.")
+    for each in fits:
+        check_kind("fits", each, Fitted, "compare(prepare(file)).fits[0]")
     if look is not None and look.speeds.size:
         style = {"marker": "s", "markersize": 6, "linestyle": "", "markerfacecolor": "none"}
         ax.plot(look.speeds, look.restitutions, color=RECORDED, label="measured", **style)
@@ -55,6 +60,7 @@ def plot_learned_restitution(
     - `learned`: result of `learn`.
     - `others`: results of `fit`.
     """
+    check_kind("learned", learned, Learned, "learn(experiment)")
     at, ratios = impacts(learned.impacts)
     ax.plot(at, ratios, "o", color=LAWS[0], markersize=4, label="learned")
     speeds = jnp.asarray(np.linspace(at.min(), at.max(), _POINTS))

@@ -8,6 +8,7 @@ from impactjax._first_look.first_look import FirstLook
 from impactjax._fit.estimate import Estimate
 from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._refusal import check_kind
 from impactjax._report.style import FITTED, OTHER, RECORDED
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ def plot_starts(ax: "Axes", estimate: Estimate[Problem]) -> "Axes":
     """Rms of the residuals at the end of the search from each start, in order. A long flat step
     means that most starts lead to the best minimum. Starts whose simulation failed are left out.
     """
+    check_kind("estimate", estimate, Estimate, "fit(experiment)")
     unit, factor = estimate.problem.recording.shown
     n = int(estimate.problem.recording.observations)
     costs = np.asarray(estimate.start_costs)
@@ -41,6 +43,8 @@ def plot_first_look(ax: "Axes", recording: AbstractRecording, look: FirstLook) -
     """The recording with the result of the first look: its impacts, or the extremes of a free
     swing.
     """
+    check_kind("recording", recording, AbstractRecording, "Recording(ts, values, Angle())")
+    check_kind("look", look, FirstLook, "prepare(file).first_look")
     if recording.observes_impacts:
         ax.vlines(np.asarray(recording.instants), 0, 1, color=OTHER)
         ax.set(xlabel="time [s]", yticks=[], ylabel="impacts heard")

@@ -11,8 +11,10 @@ from impactjax._compare.repeatability import Repeatability
 from impactjax._refusal import check_kind
 from impactjax._report.document import document
 from impactjax._report.page import page
+from impactjax._report.profile_curves import best_curves
 
 _FILES = ("fit.json", "report.html")
+_DESIGN_FILES = ("design.json", "design.html")
 
 
 def write_report(
@@ -66,6 +68,11 @@ def report_files(folder: Path) -> tuple[Path, ...]:
     return tuple(folder / name for name in _FILES)
 
 
+def design_files(folder: Path) -> tuple[Path, ...]:
+    """The paths of the files of a design in a folder."""
+    return tuple(folder / name for name in _DESIGN_FILES)
+
+
 def check_absent(targets: Sequence[Path], force: bool) -> None:
     """Raises `FileExistsError` for a file that exists, unless `force`."""
     for target in targets:
@@ -77,8 +84,9 @@ def report_texts(
     comparisons: Sequence[Comparison], command: str, repeats: Repeatability | None = None
 ) -> tuple[str, ...]:
     """The content of each file of a report."""
-    content = json.dumps(document(comparisons, repeats), indent=2)
-    return f"{content}\n", page(comparisons, command, repeats)
+    curves = best_curves(comparisons)
+    content = json.dumps(document(comparisons, repeats, curves), indent=2)
+    return f"{content}\n", page(comparisons, command, repeats, curves)
 
 
 def write_texts(targets: Sequence[Path], texts: Sequence[str], force: bool) -> None:

@@ -13,13 +13,12 @@ from impactjax._hybrid.arguments import (
     as_times,
     as_tolerance,
     check_order,
-    limit,
 )
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._hybrid.varying import alike
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_kind, whole
 from impactjax._results import RESULTS
 from impactjax._simulate.arguments import (
     as_factors,
@@ -115,7 +114,7 @@ def simulate_logged(
     if step is not None:
         check_kind("step", step, AbstractStep, "TaylorStep()")
     check_numbers(model)
-    max_steps, max_impacts = limit("max_steps", max_steps), limit("max_impacts", max_impacts)
+    max_steps, max_impacts = whole("max_steps", max_steps), whole("max_impacts", max_impacts)
     times = as_times(ts)
     begin = check_start(model, initial, times, t0)
     check_order(begin, times)

@@ -4,14 +4,14 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from impactjax._refusal import check_takes, returned_number
 from impactjax._study.design import LANE, Points
 from impactjax._study.folder import Records
 from impactjax._study.manifest import Manifest
-from impactjax._study.program import Results, check_signature
+from impactjax._study.program import Results
 
 
 class Chunks(NamedTuple):
@@ -62,12 +62,11 @@ def by_cost(
     cost: Callable[..., ArrayLike], names: Sequence[str], points: Points
 ) -> Int[np.ndarray, " lanes"]:
     """The numbers of the lanes, those of greatest cost first and those without a cost last."""
-    check_signature("cost", cost, names)
+    check_takes("cost", cost, names)
 
     def of_lane(point: Float[Array, " parameters"]) -> Array:
-        return jnp.asarray(cost(**{name: point[i] for i, name in enumerate(names)}), point.dtype)
+        found = cost(**{name: point[i] for i, name in enumerate(names)})
+        return returned_number("cost", found).astype(point.dtype)
 
     found = np.asarray(jax.jit(jax.vmap(of_lane))(points))
-    if found.shape != (len(points),):
-        raise ValueError("Argument `cost` must return one number.")
     return np.argsort(-found, kind="stable")

@@ -49,7 +49,24 @@ def checked_points(design: AbstractDesign) -> Points:
         )
     if not np.isfinite(points).all():
         raise ValueError("Argument `design` must have points that are finite.")
+    if LANE in names:
+        raise ValueError(f"A parameter cannot be called `{LANE}`, which numbers the lanes.")
+    for name, column in zip(names, points.T, strict=True):
+        if name in design.dimensions and not _varies_along(name, column, design.dimensions):
+            raise ValueError(
+                f"Parameter `{name}` has the name of an axis of the design, along which alone it "
+                "would have to vary: give it another name."
+            )
     return points
+
+
+def _varies_along(
+    axis: str, values: Float[np.ndarray, " lanes"], dimensions: Mapping[str, int]
+) -> bool:
+    """True if values vary along no other axis than a named one."""
+    along = np.moveaxis(values.reshape(*dimensions.values()), [*dimensions].index(axis), 0)
+    rows = along.reshape(len(along), -1)
+    return bool(np.all(rows == rows[:, :1]))
 
 
 def digest_of(design: AbstractDesign, points: Points) -> str:

@@ -6,7 +6,6 @@ of lanes: sharding a longer batch by the compiler changes the last digits of res
 """
 
 import functools
-import inspect
 import itertools
 import re
 from collections.abc import Callable, Sequence
@@ -20,6 +19,7 @@ import numpy as np
 from jax import export
 from jaxtyping import Array, Float, PyTree, Shaped
 
+from impactjax._refusal import check_takes
 from impactjax._results import RESULTS
 from impactjax._study.design import LANE, AbstractDesign, Points
 
@@ -69,7 +69,7 @@ def traced(function: LaneFunction, design: AbstractDesign, block: int) -> Traced
     something that is no array of numbers, or calls back into Python.
     """
     names = design.names
-    check_signature("function", function, names)
+    check_takes("function", function, names)
     found: list[tuple[str, tuple[str, ...]]] = []
 
     def lane(point: Float[Array, " parameters"]) -> list[Array]:
@@ -101,19 +101,6 @@ def _text(exported: export.Exported) -> str:
     """The text of a program with all its constants, without places in source files."""
     lines = exported.mlir_module().splitlines()
     return _PLACE.sub("", "\n".join(line for line in lines if not line.startswith("#loc")))
-
-
-def check_signature(name: str, function: LaneFunction, names: Sequence[str]) -> None:
-    """Raises `TypeError` for an argument that is not a function of some named numbers."""
-    if not callable(function):
-        raise TypeError(f"Argument `{name}` must be a function, but it is {function!r}.")
-    try:
-        inspect.signature(function).bind(**dict.fromkeys(names))
-    except (TypeError, ValueError) as error:
-        raise TypeError(
-            f"Argument `{name}` must take the parameters {', '.join(names)} of the design by name "
-            f"({error})."
-        ) from error
 
 
 def evaluated(program: Program, points: Points) -> Results:

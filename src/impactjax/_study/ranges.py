@@ -9,6 +9,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 
+from impactjax._refusal import as_names, check_number
 from impactjax._study.design import Points
 
 Quantiles: TypeAlias = Float[np.ndarray, " lanes"]
@@ -52,6 +53,8 @@ class LogUniform(AbstractRange):
     high: float
 
     def __check_init__(self) -> None:
+        check_number("low", self.low)
+        check_number("high", self.high)
         if not 0 < self.low < self.high < math.inf:
             raise ValueError(
                 f"A logarithmic range must increase from above zero, but it is from {self.low} to "
@@ -72,7 +75,7 @@ def as_ranges(ranges: Mapping[str, object]) -> Ranges:
         raise ValueError(
             'Argument `ranges` must name at least one parameter: `{"gamma": (0.1, 0.3)}`.'
         )
-    return {name: _as_range(name, each) for name, each in ranges.items()}
+    return {name: _as_range(name, ranges[name]) for name in as_names("ranges", [*ranges])}
 
 
 def _as_range(name: str, given: object) -> AbstractRange:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_function, check_kind, whole
 from impactjax._study.chunks import Chunks, by_cost, record_type
 from impactjax._study.cluster import check_client, evaluated_by
 from impactjax._study.design import AbstractDesign, checked_points
@@ -19,7 +19,6 @@ from impactjax._study.manifest import as_text, check_same, manifest_of, read_man
 from impactjax._study.program import LaneFunction, Program, Results, evaluated, traced
 from impactjax._study.progress import Progress
 from impactjax._study.study_result import Study, study_in
-from impactjax._study.whole import as_count
 
 if TYPE_CHECKING:
     import distributed
@@ -71,8 +70,10 @@ def study(
     check_kind("design", design, AbstractDesign, "Grid(gamma=[0.1, 0.2])")
     if client is not None:
         check_client(client)
+    if progress is not None:
+        check_function("progress", progress)
     points = checked_points(design).astype(jnp.result_type(float))
-    block = -(-min(as_count(chunk, "chunk"), len(points)) // _BLOCKS)
+    block = -(-min(whole("chunk", chunk), len(points)) // _BLOCKS)
     found = traced(function, design, block)
     _check_units(units or {}, [*design.names, *(each.name for each in found.variables)])
     order = None if cost is None else by_cost(cost, design.names, points)
@@ -122,8 +123,10 @@ def _silent(_: Progress) -> None:
 
 
 def _check_units(units: Mapping[str, str], names: Sequence[str]) -> None:
-    """Raises `ValueError` for a unit of something that is not there."""
-    for name in units:
+    """Raises `ValueError` for a unit of something that is not there, or that is no text."""
+    check_kind("units", units, Mapping, "{'gamma': '1'}")
+    for name, unit in units.items():
+        check_kind("units", unit, str, "'m/s'")
         if name not in names:
             raise ValueError(
                 f"Argument `units` names `{name}`, but there are only {', '.join(names)}."
