@@ -5,7 +5,7 @@ segment starts at time t with the state y and lasts d; it leads to
 
 - t⁺ = t + d (and the duration of a tail) and y⁺ = jump(t + d, x(d; t, y)),
 - a condition: the guard of the event at its end, g(t + d, x) = 0; d = 0 if the event happens at the
-  time of the one before; d = period for an orbit without events.
+  time of the one before; d = a share of the period for an orbit without events.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ from impactjax._response.segment import flown
 from impactjax._results import RESULTS
 from impactjax._types import Scalar
 
-_PASSED = 1e-6  # of its change: a guard that is lower than this at the start has been passed
+_PASSED = 1e-6  # of its change: up to this, a guard is zero at the start of a segment
 
 
 class Itinerary(NamedTuple):
@@ -117,13 +117,15 @@ def pieces_of(
     arcs: Arcs,
     parameter: Scalar,
     multiple: Scalar,
+    segments: Scalar,
 ) -> tuple[Pieces, Scalar, Scalar]:
     """The segments of an orbit, its period, and the derivative of the period by the parameter.
 
     One compiled program for all values: only the number of segments causes another one. `following`
-    is the mode of the next segment of each.
+    is the mode of the next segment of each, `multiple` the number of periods of the force, `segments`
+    that of segments, since some may follow that do not belong to the orbit.
     """
-    one = partial(_piece, family, multiple)
+    one = partial(_piece, family, multiple / segments)
     pieces = jax.vmap(one, in_axes=(0, 0, 0, None))(itinerary, following, arcs, parameter)
     period, slope = jax.value_and_grad(family.period_at)(parameter)
     return pieces, multiple * period, multiple * slope
@@ -131,7 +133,7 @@ def pieces_of(
 
 def _piece(
     family: Family,
-    multiple: Scalar,
+    share: Scalar,
     itinerary: Itinerary,
     following: Mode,
     arc: Arcs,
@@ -162,10 +164,11 @@ def _piece(
         _, last, fall = rates(t + d, end.end)
         condition = jnp.sum(jnp.where(own, last, 0.0))
         condition = jnp.where(at_once, d, condition)
-        whole = d - multiple * family.period_at(parameter)
+        whole = d - share * family.period_at(parameter)
         condition = jnp.where(event == NO_EVENT, whole, condition)
         after = jnp.concatenate([(t + d + jump.wait)[None], packed(jump.y), condition[None]])
-        passed = first < -_PASSED * jnp.abs(slope * d)
+        near = _PASSED * jnp.abs(slope * d)
+        passed = (first < -near) | ((first <= near) & (slope < 0))
         same = jax.tree.map(lambda a, b: jnp.all(a == b), jump.mode, following)
         return after, (
             packed(end.end),

@@ -68,9 +68,9 @@ class Linear(NamedTuple):
         return np.column_stack([self.inner + self.wrap, self.by_parameter])
 
     def row_sizes(self, sizes: Vector) -> Vector:
-        """Size of each equation: that of what it compares; of a condition, its change with time."""
+        """Size of each equation: that of what it compares; of a condition, its change with all."""
         rows = sizes[:-1].reshape(self.cycle.segments, -1).copy()
-        rows[:, -1] = np.abs(self.pieces.slopes[:, -1, -2]) * self.period
+        rows[:, -1] = np.sum(np.abs(self.pieces.slopes[:, -1, :-1]) * rows, axis=1)
         return np.where(rows > 0, rows, 1.0).ravel()
 
     def monodromy(self) -> Matrix:
@@ -100,9 +100,9 @@ def linearised(cycle: Cycle, unknowns: Vector) -> Linear:
     padded = 1 << (count - 1).bit_length()  # few programs serve all lengths
     rows = np.minimum(np.arange(padded), count - 1)
     data = jax.tree.map(lambda leaf: jnp.asarray(leaf[rows]), (cycle.itinerary, following, arcs))
-    parameter, multiple = jnp.asarray(unknowns[-1]), jnp.asarray(float(cycle.multiple))
+    numbers = jnp.asarray([unknowns[-1], cycle.multiple, count])
     with np.errstate(all="ignore"):
-        found = jax.device_get(pieces_of(cycle.family, *data, parameter, multiple))
+        found = jax.device_get(pieces_of(cycle.family, *data, *numbers))
         pieces, period, slope = found
         pieces = jax.tree.map(lambda leaf: leaf[:count], pieces)
         return _assembled(cycle, unknowns, pieces, float(period), float(slope))
@@ -128,10 +128,10 @@ def _assembled(
         residual[number, :-1] -= starts[following]
     residual[-1, 0] -= period
     by_parameter[-1, 0] -= slope
-    if cycle.itinerary.event[0] == NO_EVENT:  # duration and period agree, time is free
-        residual[0, 0] = arcs.t[0] - cycle.phase
-        inner[0, 0], wrap[0, 0], by_parameter[0, 0] = 0.0, 0.0, 0.0
-        inner[0, 0, 0, 0] = 1.0
+    if cycle.itinerary.event[0] == NO_EVENT:  # durations make up the period, and time is free
+        residual[-1, 0] = arcs.t[0] - cycle.phase
+        inner[-1, 0], wrap[-1, 0], by_parameter[-1, 0] = 0.0, 0.0, 0.0
+        inner[-1, 0, 0, 0] = 1.0
     square = count * width, count * width
     return Linear(
         cycle,
