@@ -66,6 +66,6 @@ class RESULTS(eqx.Enumeration):
         "Start closer to one: raise `settle`, or change `start` or `multiple`."
     )
     another_itinerary = (
-        "The equations of the orbit are solved, but the motion from there goes through other events. "
+        "The equations of the orbit are solved, but the motion from there has other events. "
         "Start from a motion with the events of an orbit: raise `settle`, or change `start`."
     )

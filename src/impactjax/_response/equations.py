@@ -69,14 +69,14 @@ class Pieces(NamedTuple):
     - `result`: result code of its flow.
     """
 
-    after: Float[Array, "segments outcomes"]
-    slopes: Float[Array, "segments outcomes unknowns"]
-    before: Float[Array, "segments numbers"]
-    rate: Float[Array, "segments numbers"]
-    fall: Float[Array, " segments"]
-    least: Float[Array, "segments guards"]
-    others: Float[Array, "segments guards"]
-    kept: Bool[Array, " segments"]
+    after: Float[AnyArray, "*segments outcomes"]
+    slopes: Float[AnyArray, "*segments outcomes unknowns"]
+    before: Float[AnyArray, "*segments numbers"]
+    rate: Float[AnyArray, "*segments numbers"]
+    fall: Float[AnyArray, "*segments"]
+    least: Float[AnyArray, "*segments guards"]
+    others: Float[AnyArray, "*segments guards"]
+    kept: Bool[AnyArray, "*segments"]
     result: RESULTS
 
 
@@ -146,9 +146,7 @@ def _piece(
     ) -> tuple[Array, tuple[Array, ...]]:
         system = family.at(parameter)
         equations, start = Equations(system), Start(t, unpacked(y, family.like), mode)
-        end = flown(
-            family.step, system, start, d, family.tolerance, family.scale, family.max_steps
-        )
+        end = flown(family.step, system, start, d, family.tolerance, family.scale, family.max_steps)
         jump = equations.jump(event, t + d, end.end, mode)
 
         def guards(t: Scalar, y: State) -> Array:

@@ -17,6 +17,7 @@ from impactjax._response.linear import Linear, Vector, linearised
 from impactjax._response.locate import Lost, specials_between
 from impactjax._response.newton import sizes_of
 from impactjax._response.orbit import Orbit
+from impactjax._response.parameter import place_of
 from impactjax._response.point import Point, corrected, first_point
 from impactjax._results import RESULTS
 
@@ -85,14 +86,8 @@ def _along(linear: Linear, where: Callable[[HybridSystem], PyTree]) -> Linear:
     old = linear.cycle.family
     system = old.at(jnp.asarray(linear.unknowns[-1]))
     leaves, structure = jax.tree.flatten(system)
-    numbered = jax.tree.unflatten(structure, range(len(leaves)))
-    chosen = jax.tree.leaves(where(numbered))
-    if len(chosen) != 1 or not (eqx.is_inexact_array(leaves[chosen[0]]) and leaves[chosen[0]].ndim == 0):
-        raise ValueError(
-            "Argument `where` must select one real number of the system, such as "
-            "`lambda system: system.amplitude`."
-        )
-    own, value = chosen[0], leaves[chosen[0]]
+    own = place_of(system, where)
+    value = leaves[own]
     zeros = [jnp.zeros_like(leaf) if eqx.is_inexact_array(leaf) else None for leaf in leaves]
     along = [jnp.ones_like(value) if number == own else each for number, each in enumerate(zeros)]
     leaves[own] = jnp.zeros_like(value)

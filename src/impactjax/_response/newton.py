@@ -86,9 +86,7 @@ def _matrix(linear: Linear, sizes: Vector, constraint: Constraint) -> np.ndarray
     return np.vstack([linear.jacobian() * sizes, constraint.row])
 
 
-def _step(
-    matrix: np.ndarray, linear: Linear, sizes: Vector, constraint: Constraint
-) -> Vector:
+def _step(matrix: np.ndarray, linear: Linear, sizes: Vector, constraint: Constraint) -> Vector:
     """The step of the scaled unknowns; infinite if there is none."""
     own = constraint.row @ (linear.unknowns / sizes) - constraint.value
     residual = np.append(linear.residual, own)

@@ -66,24 +66,24 @@ def periodic_orbit(
     check_kind("system", system, HybridSystem, "Ball(gravity, restitution)")
     check_kind("start", start, Start, "Start(t=0.0, y=y0)")
     multiple, settle = limit("multiple", multiple), limit("settle", settle, least=0)
+    max_steps, max_events = limit("max_steps", max_steps), limit("max_events", max_events)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     if jnp.finfo(dtype).bits < 64:
         raise ValueError("Periodic orbits need double precision: set `jax_enable_x64`.")
-    allowed = as_tolerance(tolerance, dtype)
-    own = with_arrays(system, dtype)
+    allowed, own = as_tolerance(tolerance, dtype), with_arrays(system, dtype)
     force = as_function(period, own)
+    duration = multiple * jnp.asarray(force(own), dtype)
     begun = as_start(Start(start.t, start.y, start.mode), dtype)
 
     def followed(start: Start) -> Solution:
-        end = start.t + multiple * jnp.asarray(force(own), dtype)
         run = solve(
             own,
             start,
-            end[None],
+            (start.t + duration)[None],
             tolerance=allowed,
             scale=scale,
             max_steps=max_steps,
-            max_events=limit("max_events", max_events),
+            max_events=max_events,
             step=step,
         )
         if run.result != RESULTS.successful:
@@ -94,7 +94,7 @@ def periodic_orbit(
         run = followed(begun)
         y, mode = jax.tree.map(lambda column: column[-1], (run.ys, run.modes))
         begun = Start(begun.t, y, mode)  # the force repeats, and small times are exact
-    itinerary, arcs = _recorded(followed(begun).events, begun, multiple * float(force(own)))
+    itinerary, arcs = _recorded(followed(begun).events, begun, float(duration))
     family = Family(
         flow_step(step, Equations(Free(own)), begun, allowed),
         own,
@@ -103,9 +103,9 @@ def periodic_orbit(
         jax.device_get(begun.y),
         as_scale(scale, begun.y, dtype),
         jnp.asarray(allowed, dtype),
-        limit("max_steps", max_steps),
+        max_steps,
     )
-    cycle = Cycle(family, itinerary, multiple, float(begun.t))
+    cycle = Cycle(family, itinerary, multiple, float(jnp.asarray(begun.t)))
     linear = linearised(cycle, cycle.packed(arcs, 0.0))
     sizes = sizes_of(linear, 1.0)
     found = solved(linear, sizes, fixed_parameter(linear.unknowns, sizes))

@@ -4,7 +4,7 @@ It goes on smoothly beyond a guard. Equations of an orbit are therefore smooth a
 grazes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -114,7 +114,7 @@ def flown(
     return Segment(done.point.y, jax.lax.stop_gradient(done.least), done.result)
 
 
-def _least_minimum(guards, h: Scalar) -> _Guards:
+def _least_minimum(guards: Callable[[Scalar], _Guards], h: Scalar) -> _Guards:
     """The least local minimum of each guard inside a step."""
 
     def slopes(s: Scalar) -> _Guards:

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from impactjax._hybrid.equations import NO_EVENT
+from impactjax._known import AnyArray
 from impactjax._response.linear import Linear, Vector
 from impactjax._response.point import Point
 
@@ -85,7 +86,7 @@ def special(kind: Kind, point: Point, sizes: Vector) -> Special | None:
     return Special(kind, point, signed(kind))
 
 
-def _or_one(guards: Float[np.ndarray, "segments guards"]) -> Values:
+def _or_one(guards: Float[AnyArray, "segments guards"]) -> Values:
     """Guards in one row, with 1 for those that have no minimum, or do not count."""
     return np.where(np.isfinite(guards), guards, 1.0).ravel()
 
@@ -98,7 +99,7 @@ def _pairs(multipliers: Complex[np.ndarray, " numbers"]) -> float:
 def _is_rotation(linear: Linear) -> bool:
     """True if two multipliers that are not real lie on the unit circle."""
     found = linear.multipliers()
-    complex_ones = found[np.abs(found.imag) > _REAL]
+    complex_ones = found[np.abs(np.imag(found)) > _REAL]
     return bool(np.any(np.abs(np.abs(complex_ones) - 1) < _REAL))
 
 

@@ -1,0 +1,37 @@
+"""Selection of one parameter of a system."""
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import PyTree
+
+from impactjax._hybrid.system import HybridSystem
+from impactjax._types import Scalar
+
+Where: TypeAlias = Callable[[HybridSystem], PyTree]
+
+
+def place_of(system: HybridSystem, where: Where) -> int:
+    """The index, among the leaves of a system of arrays, of the number that `where` selects.
+
+    **Raises** `ValueError` if that is not one real number.
+    """
+    leaves, structure = jax.tree.flatten(system)
+    chosen = jax.tree.leaves(where(jax.tree.unflatten(structure, range(len(leaves)))))
+    own = leaves[chosen[0]] if len(chosen) == 1 and isinstance(chosen[0], int) else None
+    if not eqx.is_inexact_array(own) or own.shape:
+        raise ValueError(
+            "Argument `where` must select one real number of the system, such as "
+            "`lambda system: system.amplitude`."
+        )
+    return chosen[0]
+
+
+def with_value(system: HybridSystem, place: int, value: Scalar) -> HybridSystem:
+    """The system with another number at a place."""
+    leaves, structure = jax.tree.flatten(system)
+    leaves[place] = jnp.asarray(value, leaves[place].dtype)
+    return jax.tree.unflatten(structure, leaves)
