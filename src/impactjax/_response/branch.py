@@ -24,15 +24,15 @@ class Visited(NamedTuple):
 class SpecialPoint(NamedTuple):
     """Special point of a branch.
 
-    - `kind`: its name: fold, period doubling, Neimark-Sacker, grazing, another itinerary (two events
-      change their order, or a jump leads to another mode), or end of the range.
-    - `index`: its place among the points of the branch.
+    - `kind`: its name: fold, period doubling, Neimark-Sacker, grazing, another itinerary (two
+      events change their order, or a jump leads to another mode), or end of the range.
+    - `place`: its number among the points of the branch.
     - `parameter`: value of the parameter.
     - `orbit`: its orbit.
     """
 
     kind: str
-    index: int
+    place: int
     parameter: float
     orbit: Orbit
 

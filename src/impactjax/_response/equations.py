@@ -121,9 +121,9 @@ def pieces_of(
 ) -> tuple[Pieces, Scalar, Scalar]:
     """The segments of an orbit, its period, and the derivative of the period by the parameter.
 
-    One compiled program for all values: only the number of segments causes another one. `following`
-    is the mode of the next segment of each, `multiple` the number of periods of the force, `segments`
-    that of segments, since some may follow that do not belong to the orbit.
+    One compiled program for all values: only the number of segments causes another one.
+    `following` is the mode of the next segment of each, `multiple` the number of periods of the
+    force, and `segments` that of segments, since more may follow that do not belong to the orbit.
     """
     one = partial(_piece, family, multiple / segments)
     pieces = jax.vmap(one, in_axes=(0, 0, 0, None))(itinerary, following, arcs, parameter)
@@ -143,7 +143,7 @@ def _piece(
 
     def outcome(
         t: Scalar, y: Array, d: Scalar, parameter: Scalar
-    ) -> tuple[Array, tuple[Array, ...]]:
+    ) -> tuple[Array, tuple[Array | RESULTS, ...]]:
         system = family.at(parameter)
         equations, start = Equations(system), Start(t, unpacked(y, family.like), mode)
         end = flown(family.step, system, start, d, family.tolerance, family.scale, family.max_steps)

@@ -14,7 +14,7 @@ from impactjax._hybrid.system import HybridSystem
 from impactjax._refusal import check_kind
 from impactjax._response.branch import Branch, Visited, branch_of
 from impactjax._response.linear import Linear, Vector, linearised
-from impactjax._response.locate import Lost, specials_between
+from impactjax._response.locate import LostError, specials_between
 from impactjax._response.newton import sizes_of
 from impactjax._response.orbit import Orbit
 from impactjax._response.parameter import place_of
@@ -65,8 +65,8 @@ def follow(
     value = float(linear.unknowns[-1])
     if not low <= value <= high or low == high:
         raise ValueError(
-            f"Argument `between` must be a range around the value of the parameter, {value}, but it "
-            f"is {low} to {high}."
+            f"Argument `between` must be a range around the value of the parameter, {value}, but "
+            f"it is {low} to {high}."
         )
     if not longest > 0:
         raise ValueError(f"Argument `longest` must be positive, but it is {longest}.")
@@ -121,7 +121,7 @@ def _walked(
             continue
         try:
             found = specials_between(point, ahead, sizes, between)
-        except Lost:
+        except LostError:
             length *= _SHRINK
             continue
         visited += [Visited(each.point, each) for each in found]

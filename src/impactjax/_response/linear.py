@@ -11,7 +11,8 @@ from impactjax._hybrid.equations import NO_EVENT
 from impactjax._response.equations import Arcs, Family, Itinerary, Pieces, pieces_of
 from impactjax._results import RESULTS
 
-Vector = Float[np.ndarray, " unknowns"]
+Vector = Float[np.ndarray, " unknowns"]  # the last one is the parameter
+Values = Float[np.ndarray, " equations"]
 Matrix = Float[np.ndarray, "rows columns"]
 
 
@@ -56,10 +57,10 @@ class Linear(NamedTuple):
 
     cycle: Cycle
     unknowns: Vector
-    residual: Vector
+    residual: Values
     inner: Matrix
     wrap: Matrix
-    by_parameter: Vector
+    by_parameter: Values
     pieces: Pieces
     period: float
 
@@ -67,7 +68,7 @@ class Linear(NamedTuple):
         """Derivatives by all unknowns."""
         return np.column_stack([self.inner + self.wrap, self.by_parameter])
 
-    def row_sizes(self, sizes: Vector) -> Vector:
+    def row_sizes(self, sizes: Vector) -> Values:
         """Size of each equation: that of what it compares; of a condition, its change with all."""
         rows = sizes[:-1].reshape(self.cycle.segments, -1).copy()
         rows[:, -1] = np.sum(np.abs(self.pieces.slopes[:, -1, :-1]) * rows, axis=1)

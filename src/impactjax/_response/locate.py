@@ -10,7 +10,7 @@ _EXACT = 4 * np.finfo(float).eps
 _SAME = 1e-9  # distance of two points that are one, in units of that of the neighbours
 
 
-class Lost(ArithmeticError):
+class LostError(ArithmeticError):
     """Newton's method has lost the branch."""
 
 
@@ -19,7 +19,7 @@ def specials_between(
 ) -> list[Special]:
     """The special points between two neighbours, in order, up to one that ends the branch.
 
-    **Raises** `Lost` if a point between them is not found.
+    **Raises** `LostError` if a point between them is not found.
     """
     from scipy import optimize  # a tenth of a second that other verbs can do without
 
@@ -30,20 +30,21 @@ def specials_between(
         guess = first.place + at / length * (second.place - first.place)
         point = corrected(first, guess, sizes, at)
         if point is None:
-            raise Lost
+            raise LostError
         return point
 
     def zero(kind: Kind, number: int) -> float:
         def value(at: float) -> float:
             return float(values_at(on_branch(at), sizes, between)[kind][number])
 
-        return float(optimize.brentq(value, 0.0, length, xtol=_EXACT * length, rtol=_EXACT))
+        found = optimize.brentq(value, 0.0, length, xtol=_EXACT * length, rtol=_EXACT)
+        return float(np.asarray(found))
 
     zeros: list[tuple[float, Kind]] = []
     for kind in Kind:
         a, b = before[kind], after[kind]
         changes = (a >= 0) & (b < 0) if signed(kind) else a * b < 0
-        zeros += [(zero(kind, number), kind) for number in np.flatnonzero(changes)]
+        zeros += [(zero(kind, int(number)), kind) for number in np.flatnonzero(changes)]
     found: list[Special] = []
     last = -np.inf
     for at, kind in sorted(zeros, key=lambda pair: pair[0]):

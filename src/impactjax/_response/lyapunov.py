@@ -108,7 +108,7 @@ def lyapunov(
     batches = math.isqrt(count)
     means = known[count % batches :].reshape(batches, -1, known.shape[1]).mean(1)
     errors = jnp.std(means, axis=0, ddof=1) / math.sqrt(batches)
-    return Exponents(known.mean(0) / each, errors / each, known, final, result)
+    return Exponents(known.mean(0) / surface.period, errors / surface.period, known, final, result)
 
 
 @eqx.filter_jit

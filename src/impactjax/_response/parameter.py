@@ -21,8 +21,8 @@ def place_of(system: HybridSystem, where: Where) -> int:
     """
     leaves, structure = jax.tree.flatten(system)
     chosen = jax.tree.leaves(where(jax.tree.unflatten(structure, range(len(leaves)))))
-    own = leaves[chosen[0]] if len(chosen) == 1 and isinstance(chosen[0], int) else None
-    if not eqx.is_inexact_array(own) or own.shape:
+    selects = len(chosen) == 1 and isinstance(chosen[0], int)
+    if not (selects and eqx.is_inexact_array(leaves[chosen[0]]) and leaves[chosen[0]].ndim == 0):
         raise ValueError(
             "Argument `where` must select one real number of the system, such as "
             "`lambda system: system.amplitude`."

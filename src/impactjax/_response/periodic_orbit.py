@@ -70,7 +70,7 @@ def periodic_orbit(
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     if jnp.finfo(dtype).bits < 64:
         raise ValueError("Periodic orbits need double precision: set `jax_enable_x64`.")
-    allowed, own = as_tolerance(tolerance, dtype), with_arrays(system, dtype)
+    allowed, own = as_tolerance(tolerance, dtype), _typed(with_arrays(system, dtype))
     force = as_function(period, own)
     duration = multiple * jnp.asarray(force(own), dtype)
     begun = as_start(Start(start.t, start.y, start.mode), dtype)
@@ -110,6 +110,13 @@ def periodic_orbit(
     sizes = sizes_of(linear, 1.0)
     found = solved(linear, sizes, fixed_parameter(linear.unknowns, sizes))
     return orbit_of(found.linear, sizes, found.converged)
+
+
+def _typed(system: HybridSystem) -> HybridSystem:
+    """A system whose arrays have types of their own, since weak types would cause a retrace."""
+    return jax.tree.map(
+        lambda leaf: jnp.asarray(leaf, leaf.dtype) if eqx.is_array(leaf) else leaf, system
+    )
 
 
 def _recorded(events: EventLog, start: Start, period: float) -> tuple[Itinerary, Arcs]:
