@@ -170,14 +170,19 @@ def test_grazing_of_the_linear_oscillator():
     np.testing.assert_allclose(np.hypot(1 - o**2, 0.1 * o), 0.2, rtol=1e-12)
 
 
-def test_orbits_that_are_not_found():
-    """One impact a period, from a start in which the motion has another itinerary."""
-    start = ij.Start(0.0, (0.9, 3.0))
-    found = ij.periodic_orbit(Below(jnp.array(0.05), jnp.array(1.0)), start, Below.period)
-    failures = ij.RESULTS.no_orbit_found, ij.RESULTS.another_itinerary
-    assert any(found.result == each for each in failures)
+@pytest.mark.parametrize(
+    ("omega", "amplitude", "result"),
+    [(0.81, 0.3452, "another_itinerary"), (0.799, 0.3625, "no_orbit_found")],
+)
+def test_orbits_that_are_not_found(omega, amplitude, result):
+    """Below the grazing, where impact speeds would be negative, and before the fold."""
+    system = ModelV(jnp.array(amplitude), jnp.array(omega))
+    start = ij.Start(0.0, {"x": -0.5, "v": 0.05})
+    found = ij.periodic_orbit(system, start, ModelV.period, multiple=2)
+    assert found.events.t.size == 1
+    assert ij.RESULTS[found.result] == ij.RESULTS[getattr(ij.RESULTS, result)]
     with pytest.raises(ValueError, match="`orbit` was not found"):
-        ij.follow(found, amplitude, (0.01, 0.5))
+        ij.follow(found, lambda system: system.amplitude, (0.3, 0.4))
 
 
 def test_branches_refuse_wrong_arguments(ladder):
