@@ -8,12 +8,14 @@ import jax
 import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 
 import impactjax as ij
 
 jax.config.update("jax_enable_x64", True)
 
 HERE = Path(__file__).parent
+REST = ij.Start(0.0, {"x": -1.0, "v": 0.0})
 
 
 class Mass(ij.HybridSystem):
@@ -36,33 +38,48 @@ class Mass(ij.HybridSystem):
         return 2 * jnp.pi / self.frequency
 
 
-def amplitude(system):
+def amplitude(system: Mass) -> float:
+    """The parameter of the branches."""
     return system.amplitude
 
 
 def main() -> None:
-    """Branches of two frequencies, and a diagram of one of them."""
+    """Branches at two frequencies, the doublings at one of them, and a diagram over the same."""
     plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
-    figure, axes = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
-    rest = ij.Start(0.0, {"x": -1.0, "v": 0.0})
+    figure, axes = plt.subplots(1, 3, figsize=(9.6, 3.0), layout="constrained")
     for frequency, first in ((0.81, 0.36), (0.799, 0.363)):
         mass = Mass(first, frequency)
-        orbit = ij.periodic_orbit(mass, rest, Mass.period, multiple=2, settle=200)
+        orbit = ij.periodic_orbit(mass, REST, Mass.period, multiple=2, settle=200)
         branch = ij.follow(orbit, amplitude, (0.34, 0.37), longest=0.02)
-        ij.plot.branch(axes[0], branch, branch.before["v"][:, 0])
-        for each in branch.special:
-            if each.kind == "period doubling":
-                double = ij.follow(ij.doubled(each.orbit), amplitude, (0.34, 0.37))
-                for column in double.before["v"].T:
-                    ij.plot.branch(axes[0], double, column)
-    axes[0].annotate("ω = 0.81", (0.3585, 0.29))
-    axes[0].annotate("ω = 0.799", (0.3605, 0.12), ha="right")
-    axes[0].set(xlabel="amplitude A", ylabel="impact speed", ylim=(0, 0.4), xlim=(0.344, 0.364))
-    values = np.linspace(0.3455, 0.349, 700)
-    found = ij.diagram(Mass(0.35, 0.81), rest, Mass.period, amplitude, values, keep=64, skip=400)
-    ij.plot.diagram(axes[1], found, found.states["x"])
-    axes[1].set(xlabel="amplitude A", ylabel="x after each period of the force")
+        draw(axes[0], branch)
+        if frequency == 0.81:
+            draw(axes[1], branch)
+            (doubling,) = [each for each in branch.special if each.kind == "period doubling"]
+            draw(axes[1], ij.follow(ij.doubled(doubling.orbit), amplitude, (0.34, 0.37)))
+    axes[0].annotate("ω = 0.81", (0.3517, 0.29))
+    axes[0].annotate("ω = 0.799", (0.3615, 0.16), ha="right")
+    axes[0].set(ylim=(0, 0.4), xlim=(0.3445, 0.3645))
+    axes[1].set(ylim=(0, 0.13), xlim=(0.3452, 0.3492))
+    for ax in axes[:2]:
+        ax.set(xlabel="amplitude A", ylabel="impact speed")
+    values = np.linspace(0.3492, 0.3452, 800)
+    found = ij.diagram(
+        *(Mass(0.35, 0.81), REST, Mass.period, amplitude, values),
+        sweep=ij.WithMemory(),
+        keep=64,
+        skip=300,
+    )
+    ij.plot.diagram(axes[2], found, found.states["x"])
+    axes[2].set(xlabel="amplitude A", ylabel="x after each period", xlim=(0.3452, 0.3492))
+    for ax in axes:
+        ax.locator_params(axis="x", nbins=5)
     figure.savefig(HERE / "figures" / "forced-response.png", dpi=125)
+
+
+def draw(ax: Axes, branch: ij.Branch) -> None:
+    """The speeds of all impacts of a branch."""
+    for column in branch.before["v"].T:
+        ij.plot.branch(ax, branch, column)
 
 
 if __name__ == "__main__":
