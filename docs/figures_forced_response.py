@@ -56,7 +56,7 @@ def main() -> None:
             draw(axes[1], branch)
             (doubling,) = [each for each in branch.special if each.kind == "period doubling"]
             draw(axes[1], ij.follow(ij.doubled(doubling.orbit), amplitude, (0.34, 0.37)))
-    axes[0].annotate("ω = 0.81", (0.3517, 0.29))
+    axes[0].annotate("ω = 0.81", (0.3478, 0.29))
     axes[0].annotate("ω = 0.799", (0.3615, 0.16), ha="right")
     axes[0].set(ylim=(0, 0.4), xlim=(0.3445, 0.3645))
     axes[1].set(ylim=(0, 0.13), xlim=(0.3452, 0.3492))

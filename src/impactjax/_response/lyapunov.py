@@ -15,6 +15,7 @@ from impactjax._hybrid.numbers import packed, unpacked
 from impactjax._hybrid.section import Section, section
 from impactjax._hybrid.surface import Every
 from impactjax._hybrid.system import HybridSystem, State
+from impactjax._known import is_known
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 
@@ -93,13 +94,14 @@ def lyapunov(
     Source: G. Benettin et al., Meccanica 15 (1980) 9; jumps by P. C. Müller, Chaos, Solitons and
     Fractals 5 (1995) 1671. Errors by batch means with √count batches.
     """
+    check_kind("system", system, HybridSystem, "Ball(gravity, restitution)")
     check_kind("start", start, Start, "Start(t=0.0, y=y0)")
     count, settle = limit("count", count, least=4), limit("settle", settle, least=1)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
-    surface = Every(
-        jnp.asarray(as_number("interval", interval), dtype), jnp.asarray(start.t, dtype)
-    )
-
+    each = jnp.asarray(as_number("interval", interval), dtype)
+    if is_known(each) and not (jnp.isfinite(each) & (each > 0)):
+        raise ValueError(f"Argument `interval` must be positive and finite, but it is {each}.")
+    surface = Every(each, jnp.asarray(start.t, dtype))
     run, own = _OneInterval(tolerance, scale, step), with_arrays(system, dtype)
     first = run(own, Start(start.t, start.y, start.mode), surface)
     growth, final, result = _grown(run, own, surface, first, settle + count)
@@ -108,7 +110,7 @@ def lyapunov(
     batches = math.isqrt(count)
     means = known[count % batches :].reshape(batches, -1, known.shape[1]).mean(1)
     errors = jnp.std(means, axis=0, ddof=1) / math.sqrt(batches)
-    return Exponents(known.mean(0) / surface.period, errors / surface.period, known, final, result)
+    return Exponents(known.mean(0) / each, errors / each, known, final, result)
 
 
 @eqx.filter_jit
