@@ -64,6 +64,21 @@ class Kicked(ij.HybridSystem):
         return jnp.stack([y[1], self.rate * y[1] * (1 - y[0])]), mode
 
 
+class Circle(ij.HybridSystem):
+    """The map y → y + (y² + a² − 1) / 5, once a period."""
+
+    a: jax.Array
+
+    def flow(self, t, y, mode):
+        return jnp.zeros_like(y)
+
+    def transitions(self):
+        return [ij.Transition(lambda t, y, mode: jnp.cos(2 * np.pi * t), self.kick)]
+
+    def kick(self, t, y, mode):
+        return y + (y**2 + self.a**2 - 1) / 5, mode
+
+
 class Below(ij.HybridSystem):
     """x″ + 0.1 x′ + x = A cos ωt, with a stop at x = 1 of restitution 0.8."""
 

@@ -24,7 +24,8 @@ class ClosedForm(NamedTuple):
         """Amplitude A of the force."""
         b, o = DAMPING, self.omega
         x, v = 1 + speed * self.w[0], speed * self.w[1]
-        return mpmath.sqrt(((1 - o**2) ** 2 + (b * o) ** 2) * (x**2 + (v / o) ** 2))
+        square = ((1 - o**2) ** 2 + (b * o) ** 2) * (x**2 + (v / o) ** 2)
+        return float(mpmath.nstr(mpmath.sqrt(square), 20))
 
     def multipliers(self, speed):
         """Eigenvalues of the monodromy matrix S Φ, with the saltation matrix S."""

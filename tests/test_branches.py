@@ -5,7 +5,18 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from forced_systems import GRAVITY, MODEL_V, OMEGA, REST, TRACED, Below, Kicked, ModelV, Table
+from forced_systems import (
+    GRAVITY,
+    MODEL_V,
+    OMEGA,
+    REST,
+    TRACED,
+    Below,
+    Circle,
+    Kicked,
+    ModelV,
+    Table,
+)
 from model_v import closed_form
 
 
@@ -46,20 +57,20 @@ def test_orbit_and_its_multipliers(omega, first):
     assert found.residual < 1e-13
     np.testing.assert_array_equal(found.events.transition, [0])
     speed = found.events.before["v"][0]
-    np.testing.assert_allclose(float(exact.amplitude(speed)), first, rtol=1e-12)
+    np.testing.assert_allclose(exact.amplitude(speed), first, rtol=1e-12)
     reference = in_order(exact.multipliers(speed))
     np.testing.assert_allclose(in_order(found.multipliers), reference, atol=1e-10)
 
 
 def test_multipliers_against_differences():
     orbit = orbit_of_model_v(0.81, 0.36)
-    begin = orbit.start.t + orbit.period / 4  # away from the impact
-    at = ij.solve(MODEL_V, orbit.start, [begin], tolerance=1e-12).ys
+    begin = np.asarray(orbit.start.t) + orbit.period / 4  # away from the impact
+    at = ij.solve(MODEL_V, orbit.start, begin[None], tolerance=1e-12).ys
     size, weights = 2e-3, {1: 2 / 3, 2: -1 / 12}
 
     def after(x, v):
         start = ij.Start(begin, {"x": at["x"][0] + x, "v": at["v"][0] + v})
-        run = ij.solve(MODEL_V, start, [begin + orbit.period], tolerance=1e-12)
+        run = ij.solve(MODEL_V, start, begin[None] + orbit.period, tolerance=1e-12)
         return np.array([run.ys["x"][0], run.ys["v"][0]])
 
     columns = [
@@ -75,12 +86,12 @@ def test_period_doubling_and_grazing_of_model_v(omega, first):
     exact, found = closed_form(str(omega), 2), branch_of_model_v(omega, first)
     (doubling,) = special(found, "period doubling")
     speed = exact.doubling()
-    np.testing.assert_allclose(doubling.parameter, float(exact.amplitude(speed)), rtol=1e-12)
+    np.testing.assert_allclose(doubling.parameter, exact.amplitude(speed), rtol=1e-12)
     np.testing.assert_allclose(doubling.orbit.events.before["v"], [float(speed)], rtol=1e-9)
     np.testing.assert_allclose(doubling.orbit.multipliers, exact.multipliers(speed), atol=1e-9)
     assert not special(found, "fold")
     assert found.special[0].kind == "grazing"
-    np.testing.assert_allclose(found.special[0].parameter, float(exact.amplitude(0)), rtol=1e-12)
+    np.testing.assert_allclose(found.special[0].parameter, exact.amplitude(0), rtol=1e-12)
     assert found.complete
 
 
@@ -89,17 +100,17 @@ def test_fold_and_grazing_of_model_v(omega, first):
     exact, found = closed_form(str(omega), 2), branch_of_model_v(omega, first)
     (fold,) = special(found, "fold")
     speed = exact.fold()
-    np.testing.assert_allclose(fold.parameter, float(exact.amplitude(speed)), rtol=1e-12)
+    np.testing.assert_allclose(fold.parameter, exact.amplitude(speed), rtol=1e-12)
     np.testing.assert_allclose(fold.orbit.events.before["v"], [float(speed)], rtol=1e-7)
     np.testing.assert_allclose(fold.orbit.multipliers, exact.multipliers(speed), atol=1e-7)
     assert not special(found, "period doubling")
-    np.testing.assert_allclose(found.special[0].parameter, float(exact.amplitude(0)), rtol=1e-12)
+    np.testing.assert_allclose(found.special[0].parameter, exact.amplitude(0), rtol=1e-12)
 
 
 def test_points_of_a_branch(ladder):
     exact = closed_form("0.81", 2)
     speeds = ladder.before["v"][:, 0]
-    amplitudes = [float(exact.amplitude(speed)) for speed in speeds]
+    amplitudes = [exact.amplitude(speed) for speed in speeds]
     np.testing.assert_allclose(ladder.parameter, amplitudes, rtol=1e-12)
     (doubling,) = special(ladder, "period doubling")
     assert not ladder.stable[: doubling.place].any()
@@ -151,8 +162,21 @@ def test_neimark_sacker_of_the_delayed_logistic_map():
     assert [each.kind for each in branch.special][1:-1] == ["Neimark-Sacker"]
     found = branch.special[1]
     np.testing.assert_allclose(found.parameter, 2.0, rtol=1e-12)
-    np.testing.assert_allclose(found.orbit.multipliers.real, [0.5, 0.5], atol=1e-12)
+    np.testing.assert_allclose(np.real(found.orbit.multipliers), [0.5, 0.5], atol=1e-12)
     np.testing.assert_allclose(branch.before[:, 0, 0], 1 - 1 / branch.parameter, rtol=1e-12)
+
+
+def test_closed_branch():
+    """Fixed points on the circle y² + a² = 1, with folds at a = ±1."""
+    orbit = ij.periodic_orbit(Circle(jnp.array(0.5)), ij.Start(0.0, -0.8), 1.0)
+    branch = ij.follow(orbit, lambda system: system.a, (-2.0, 2.0), longest=0.2)
+    assert branch.complete
+    assert sorted(each.kind for each in branch.special) == ["fold", "fold"]
+    folds = [each.parameter for each in branch.special]
+    np.testing.assert_allclose(np.sort(folds), [-1.0, 1.0], rtol=1e-12)
+    around = np.unwrap(np.arctan2(branch.before[:, 0], branch.parameter))
+    np.testing.assert_allclose(branch.before[:, 0] ** 2 + branch.parameter**2, 1.0, rtol=1e-12)
+    assert abs(around[-1] - around[0]) > 2 * np.pi - 0.2
 
 
 def test_grazing_of_the_linear_oscillator():

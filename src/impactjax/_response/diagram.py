@@ -1,7 +1,6 @@
 """The verb `diagram`: stroboscopic states of a forced system over values of a parameter."""
 
 import abc
-from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -18,7 +17,7 @@ from impactjax._hybrid.surface import Every
 from impactjax._hybrid.system import HybridSystem, State
 from impactjax._refusal import check_kind
 from impactjax._response.parameter import Where, place_of, with_value
-from impactjax._response.period import Period, as_function
+from impactjax._response.period import Force, Period, as_function
 from impactjax._results import RESULTS
 from impactjax._types import Code, Numbers, Scalar
 
@@ -27,7 +26,7 @@ class Sampler(eqx.Module):
     """The stroboscopic section of a system at a value of one of its parameters."""
 
     system: HybridSystem
-    force: Callable[[HybridSystem], ArrayLike]
+    force: Force
     tolerance: ArrayLike | None
     step: AbstractMethod | None
     place: int = eqx.field(static=True)

@@ -8,14 +8,13 @@ segment starts at time t with the state y and lasts d; it leads to
   time of the one before; d = a share of the period for an orbit without events.
 """
 
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from impactjax._hybrid.equations import NO_EVENT, Equations
 from impactjax._hybrid.lane import Start
@@ -23,6 +22,7 @@ from impactjax._hybrid.numbers import packed, unpacked
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import HybridSystem, Mode, State
 from impactjax._known import AnyArray
+from impactjax._response.period import Force
 from impactjax._response.segment import flown
 from impactjax._results import RESULTS
 from impactjax._types import Scalar
@@ -93,7 +93,7 @@ class Family(eqx.Module):
     step: AbstractFlowStep
     system: HybridSystem
     along: HybridSystem
-    period: Callable[[HybridSystem], ArrayLike]
+    period: Force
     like: State
     scale: State
     tolerance: Scalar

@@ -1,23 +1,20 @@
 """The verb `follow`: orbit and parameter → branch."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import PyTree
 
 from impactjax._hybrid.arguments import limit
-from impactjax._hybrid.system import HybridSystem
 from impactjax._refusal import check_kind
 from impactjax._response.branch import Branch, Visited, branch_of
 from impactjax._response.linear import Linear, Vector, linearised
 from impactjax._response.locate import LostError, specials_between
 from impactjax._response.newton import sizes_of
 from impactjax._response.orbit import Orbit
-from impactjax._response.parameter import place_of
+from impactjax._response.parameter import Where, place_of
 from impactjax._response.point import Point, corrected, first_point
 from impactjax._results import RESULTS
 
@@ -31,7 +28,7 @@ _GROW, _SHRINK = 1.5, 0.5
 
 def follow(
     orbit: Orbit,
-    where: Callable[[HybridSystem], PyTree],
+    where: Where,
     between: tuple[float, float],
     *,
     longest: float = 0.05,
@@ -81,7 +78,7 @@ def follow(
     return branch_of(visited, sizes, up.complete and down.complete)
 
 
-def _along(linear: Linear, where: Callable[[HybridSystem], PyTree]) -> Linear:
+def _along(linear: Linear, where: Where) -> Linear:
     """Equations of an orbit with a selected parameter of the system as their parameter."""
     old = linear.cycle.family
     system = old.at(jnp.asarray(linear.unknowns[-1]))

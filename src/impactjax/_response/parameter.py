@@ -1,7 +1,7 @@
 """Selection of one parameter of a system."""
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import equinox as eqx
 import jax
@@ -11,7 +11,7 @@ from jaxtyping import PyTree
 from impactjax._hybrid.system import HybridSystem
 from impactjax._types import Scalar
 
-Where: TypeAlias = Callable[[HybridSystem], PyTree]
+Where: TypeAlias = Callable[[Any], PyTree]  # of a system of the caller's class
 
 
 def place_of(system: HybridSystem, where: Where) -> int:

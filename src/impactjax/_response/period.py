@@ -1,7 +1,7 @@
 """Period of the force on a system, as a function of the system."""
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,7 +11,8 @@ from impactjax._hybrid.arguments import as_number
 from impactjax._hybrid.system import HybridSystem
 from impactjax._known import is_known
 
-Period: TypeAlias = ArrayLike | Callable[[HybridSystem], ArrayLike]
+Force: TypeAlias = Callable[[Any], ArrayLike]  # of a system of the caller's class
+Period: TypeAlias = ArrayLike | Force
 
 
 class Fixed(eqx.Module):
@@ -24,7 +25,7 @@ class Fixed(eqx.Module):
         return self.value
 
 
-def as_function(period: Period, system: HybridSystem) -> Callable[[HybridSystem], ArrayLike]:
+def as_function(period: Period, system: HybridSystem) -> Force:
     """A period as a function of the system.
 
     **Raises** `ValueError` for one that is not positive.
