@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import impactjax as ij
 from forced_systems import (
@@ -17,6 +18,7 @@ from forced_systems import (
     ModelV,
     Table,
 )
+from impactjax._response.linear import linearised
 from model_v import closed_form
 
 
@@ -118,6 +120,17 @@ def test_points_of_a_branch(ladder):
     assert ladder.orbit(3).result == ij.RESULTS.successful
 
 
+def test_figure_of_a_branch(ladder):
+    """A dashed line up to the period doubling, then a solid one; two kinds of markers."""
+    ax = Figure().subplots()
+    ij.plot.branch(ax, ladder, ladder.before["v"][:, 0])
+    (doubling,) = special(ladder, "period doubling")
+    solid, dashed = ax.lines[:2]
+    assert np.nanmin(solid.get_xdata()) == doubling.parameter
+    assert np.nanmax(dashed.get_xdata()) == doubling.parameter
+    assert ax.get_legend_handles_labels()[1] == ["grazing", "period doubling"]
+
+
 def test_doubled_orbit_leads_back_to_the_period_doubling(ladder):
     (doubling,) = special(ladder, "period doubling")
     orbit = ij.doubled(doubling.orbit)
@@ -138,6 +151,17 @@ def test_values_and_parameters_cause_no_retrace(ladder):
     again = branch_of_model_v(0.8, 0.37)
     ij.follow(again.orbit(5), lambda system: system.frequency, (0.79, 0.82))
     assert len(TRACED) == before
+
+
+def test_jacobian_against_differences(ladder):
+    """By times, states, durations and the frequency, on which the period depends."""
+    branch = ij.follow(ladder.orbit(9), lambda system: system.frequency, (0.8, 0.82))
+    linear = branch.points[4].linear
+    size, columns = 1e-5, []
+    for step in size * np.eye(linear.unknowns.size):
+        ends = [linearised(linear.cycle, linear.unknowns + sign * step) for sign in (1, -1)]
+        columns.append((ends[0].residual - ends[1].residual) / (2 * size))
+    np.testing.assert_allclose(linear.jacobian(), np.column_stack(columns), atol=1e-5)
 
 
 def test_ball_on_a_vibrating_table():
