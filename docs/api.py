@@ -21,6 +21,7 @@ TOPICS = {
     "A look at a recording": ("_check",),
     "Comparison of laws": ("_compare",),
     "Identifiability": ("_identify",),
+    "Forced response": ("_response",),
     "Studies": ("_study",),
     "Reports and figures": ("_report",),
     "Parameters of your own classes": ("_parameter",),

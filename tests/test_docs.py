@@ -15,6 +15,7 @@ PAGES = [*ROOT.glob("*.md"), ROOT / "data" / "README.md", *sorted((ROOT / "docs"
 SLOW = (
     *("couplings.md", "design.md", "diffrax-events.md", "engine.md", "fitting.md", "how-do-i.md"),
     *(
+        "forced-response.md",
         "hybrid-systems.md",
         "multiple-scales.md",
         "other-libraries.md",

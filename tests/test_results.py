@@ -109,7 +109,8 @@ def test_divergence_gives_step_too_small():
 
 def test_all_result_codes_occur_and_name_a_remedy():
     of_hybrid_systems = ["max_events_reached", "event_repeats"]
-    reached = [*LANES, "stopped_through", "step_too_small", *of_hybrid_systems]
+    of_orbits = ["no_orbit_found", "another_itinerary"]
+    reached = [*LANES, "stopped_through", "step_too_small", *of_hybrid_systems, *of_orbits]
     messages = {RESULTS[getattr(RESULTS, name)] for name in reached}
     assert len(messages) == len(RESULTS)
     for message in messages - {"successful"}:

@@ -84,3 +84,20 @@ def test_surface_that_is_never_reached():
     found = ij.section(FREE, START, ij.AtTransition(0), keep=1)
     assert found.result == ij.RESULTS.max_steps_reached
     assert np.all(np.isnan(found.t))
+
+
+def test_lanes_of_a_system_without_transitions():
+    class Decay(ij.HybridSystem):
+        rate: jax.Array
+
+        def flow(self, t, y, mode):
+            return -self.rate * y
+
+        def transitions(self):
+            return []
+
+    def end(rate):
+        return ij.solve(Decay(rate), ij.Start(0.0, 1.0), [1.0], max_steps=64, max_events=1).ys[0]
+
+    rates = jnp.array([0.5, 2.0])
+    np.testing.assert_allclose(jax.vmap(end)(rates), np.exp([-0.5, -2.0]), rtol=1e-8)

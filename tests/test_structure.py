@@ -20,6 +20,7 @@ ORDER = [
     "_hybrid",
     "_model",
     "_mechanics",
+    "_response",
     "_optimise",
     "_study",
     "_simulate",

@@ -61,3 +61,11 @@ class RESULTS(eqx.Enumeration):
         "that its guard no longer applies, or give the transition a `tail`. Samples after that are "
         "NaN."
     )
+    no_orbit_found = (
+        "Newton's method does not converge to a periodic orbit with the events of this motion. "
+        "Start closer to one: raise `settle`, or change `start` or `multiple`."
+    )
+    another_itinerary = (
+        "The equations of the orbit are solved, but the motion from there has other events. "
+        "Start from a motion with the events of an orbit: raise `settle`, or change `start`."
+    )

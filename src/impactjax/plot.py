@@ -14,6 +14,8 @@ from impactjax._report.repeats_figure import plot_repeats as repeats
 from impactjax._report.residual_figures import plot_autocorrelation as autocorrelation
 from impactjax._report.residual_figures import plot_impact_residuals as impact_residuals
 from impactjax._report.residual_figures import plot_quantiles as quantiles
+from impactjax._report.response_figures import plot_branch as branch
+from impactjax._report.response_figures import plot_diagram as diagram
 from impactjax._report.restitution_figure import plot_learned_restitution as learned_restitution
 from impactjax._report.restitution_figure import plot_restitution as restitution
 from impactjax._report.search_figures import plot_first_look as first_look
@@ -21,10 +23,12 @@ from impactjax._report.search_figures import plot_starts as starts
 
 __all__ = [
     "autocorrelation",
+    "branch",
     "check",
     "correlation",
     "couplings",
     "design",
+    "diagram",
     "directions",
     "first_look",
     "fit",

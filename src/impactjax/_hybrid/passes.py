@@ -38,10 +38,10 @@ def in_one_loop(loop: Callable[[Run], tuple[OfLanes, Common]], run: Run) -> tupl
     ) -> tuple[tuple[OfLanes, Common], tuple[PyTree, PyTree]]:
         def merged(x: Array, is_batched: bool) -> Array:
             x = x if is_batched else jnp.broadcast_to(x, (size, *x.shape))
-            return x.reshape(-1, *x.shape[2:])
+            return x.reshape(size * x.shape[1], *x.shape[2:])
 
         lanes, common = batch(jax.tree.map(merged, runs, batched[0]))
-        split = jax.tree.map(lambda x: x.reshape(size, -1, *x.shape[1:]), lanes)
+        split = jax.tree.map(lambda x: x.reshape(size, x.shape[0] // size, *x.shape[1:]), lanes)
         yes, no = jax.tree.map(lambda _: True, split), jax.tree.map(lambda _: False, common)
         return (split, common), (yes, no)
 

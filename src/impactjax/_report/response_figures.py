@@ -1,0 +1,76 @@
+"""Figures of branches of periodic orbits and of bifurcation diagrams."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import ArrayLike, Bool, Float
+
+from impactjax._report.style import FITTED, OTHER
+from impactjax._response.branch import Branch
+from impactjax._response.diagram import Diagram
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_MARGINAL = 1e-6  # a multiplier beyond the unit circle by less belongs to a special point
+_MARKERS = {
+    "fold": "s",
+    "period doubling": "D",
+    "Neimark-Sacker": "^",
+    "grazing": "o",
+    "another itinerary": "v",
+}
+
+
+def plot_branch(ax: "Axes", found: Branch, values: Float[np.ndarray, " points"]) -> "Axes":
+    """A branch of orbits: stable ones as a line, unstable ones dashed, special points as markers
+    with their names in the legend.
+
+    **Arguments:**
+
+    - `ax`: axes to draw on.
+    - `found`: result of `follow`.
+    - `values`: a number of each orbit, such as its impact speed `found.before["v"][:, 0]`.
+    """
+    size = np.max(np.abs(found.multipliers), axis=1)
+    stable = np.maximum(size[:-1], size[1:]) < 1 + _MARGINAL
+    for own, style in ((stable, "-"), (~stable, "--")):
+        pieces = [_pieces(column, own) for column in (found.parameter, values)]
+        ax.plot(*pieces, style, color=OTHER, linewidth=1.2)
+    named = set(ax.get_legend_handles_labels()[1])
+    for each in found.special:
+        if each.kind in _MARKERS:
+            label = None if each.kind in named else each.kind
+            named.add(each.kind)
+            ax.plot(
+                each.parameter,
+                values[each.place],
+                _MARKERS[each.kind],
+                color=FITTED,
+                markersize=5,
+                label=label,
+                linestyle="none",
+            )
+    if named:
+        ax.legend(frameon=False, fontsize="small")
+    return ax
+
+
+def _pieces(column: Float[np.ndarray, " points"], own: Bool[np.ndarray, " pieces"]) -> np.ndarray:
+    """The ends of some pieces of a line, with a gap after each."""
+    return np.stack([column[:-1], column[1:], np.full(own.size, np.nan)], axis=1)[own].ravel()
+
+
+def plot_diagram(ax: "Axes", found: Diagram, states: ArrayLike) -> "Axes":
+    """A bifurcation diagram: all stroboscopic states over the parameter.
+
+    **Arguments:**
+
+    - `ax`: axes to draw on.
+    - `found`: result of `diagram`.
+    - `states`: one number of its states, such as `found.states["x"]`.
+    """
+    columns = np.asarray(states)
+    values = np.broadcast_to(np.asarray(found.values)[:, None], columns.shape)
+    ax.plot(values.ravel(), columns.ravel(), ",", color=OTHER)
+    return ax
