@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from impactjax._hybrid.arguments import limit, real
+from impactjax._hybrid.arguments import real
 from impactjax._hybrid.ends import as_start, with_arrays
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.method import AbstractMethod
@@ -15,7 +15,7 @@ from impactjax._hybrid.numbers import packed
 from impactjax._hybrid.section import Section, section
 from impactjax._hybrid.surface import Every
 from impactjax._hybrid.system import HybridSystem, State
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_kind, whole
 from impactjax._response.parameter import Where, place_of, with_value
 from impactjax._response.period import Force, Period, as_function
 from impactjax._results import RESULTS
@@ -128,7 +128,7 @@ def diagram(
     check_kind("system", system, HybridSystem, "Ball(gravity, restitution)")
     check_kind("start", start, Start, "Start(t=0.0, y=y0)")
     check_kind("sweep", sweep, AbstractSweep, "WithMemory()")
-    keep, skip = limit("keep", keep, least=2), limit("skip", skip, least=0)
+    keep, skip = whole("keep", keep, least=2), whole("skip", skip, least=0)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     own = with_arrays(system, dtype)
     place, force = place_of(own, where), as_function(period, own)

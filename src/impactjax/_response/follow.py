@@ -7,8 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._hybrid.arguments import limit
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_kind, whole
 from impactjax._response.branch import Branch, Visited, branch_of
 from impactjax._response.linear import Linear, Vector, linearised
 from impactjax._response.locate import LostError, specials_between
@@ -68,7 +67,7 @@ def follow(
     if not longest > 0:
         raise ValueError(f"Argument `longest` must be positive, but it is {longest}.")
     sizes = sizes_of(linear, high - low)
-    count = limit("max_points", max_points)
+    count = whole("max_points", max_points)
     first = first_point(linear, sizes)
     up = _walked(first, sizes, (low, high), longest, count)
     if up.closed:

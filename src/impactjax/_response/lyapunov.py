@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, PyTree
 
-from impactjax._hybrid.arguments import as_number, limit
+from impactjax._hybrid.arguments import as_number
 from impactjax._hybrid.ends import with_arrays
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.method import AbstractMethod
@@ -16,7 +16,7 @@ from impactjax._hybrid.section import Section, section
 from impactjax._hybrid.surface import Every
 from impactjax._hybrid.system import HybridSystem, State
 from impactjax._known import is_known
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_kind, whole
 from impactjax._results import RESULTS
 
 
@@ -96,7 +96,7 @@ def lyapunov(
     """
     check_kind("system", system, HybridSystem, "Ball(gravity, restitution)")
     check_kind("start", start, Start, "Start(t=0.0, y=y0)")
-    count, settle = limit("count", count, least=4), limit("settle", settle, least=1)
+    count, settle = whole("count", count, least=4), whole("settle", settle, least=1)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     each = jnp.asarray(as_number("interval", interval), dtype)
     if is_known(each) and not (jnp.isfinite(each) & (each > 0)):

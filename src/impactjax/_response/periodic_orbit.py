@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from impactjax._hybrid.arguments import as_tolerance, limit
+from impactjax._hybrid.arguments import as_tolerance
 from impactjax._hybrid.ends import as_scale, as_start, flow_step, with_arrays
 from impactjax._hybrid.equations import NO_EVENT, Equations
 from impactjax._hybrid.event_log import EventLog
@@ -16,7 +16,7 @@ from impactjax._hybrid.numbers import packed
 from impactjax._hybrid.solution import Solution
 from impactjax._hybrid.solve import solve
 from impactjax._hybrid.system import HybridSystem, State
-from impactjax._refusal import check_kind
+from impactjax._refusal import check_kind, whole
 from impactjax._response.equations import Arcs, Family, Itinerary
 from impactjax._response.linear import Cycle, linearised
 from impactjax._response.newton import fixed_parameter, sizes_of, solved
@@ -65,8 +65,8 @@ def periodic_orbit(
     """
     check_kind("system", system, HybridSystem, "Ball(gravity, restitution)")
     check_kind("start", start, Start, "Start(t=0.0, y=y0)")
-    multiple, settle = limit("multiple", multiple), limit("settle", settle, least=0)
-    max_steps, max_events = limit("max_steps", max_steps), limit("max_events", max_events)
+    multiple, settle = whole("multiple", multiple), whole("settle", settle, least=0)
+    max_steps, max_events = whole("max_steps", max_steps), whole("max_events", max_events)
     dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
     if jnp.finfo(dtype).bits < 64:
         raise ValueError("Periodic orbits need double precision: set `jax_enable_x64`.")
