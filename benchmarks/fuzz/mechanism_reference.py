@@ -172,9 +172,7 @@ def simulated(simulation: Simulation, q: Vector, v: Vector, times: Vector) -> Ru
     for end in times:
         while t < end:
             first = min(h, simulation.longest_step(y), end - t)
-            solver = DOP853(
-                simulation.rates, t, y, end, first_step=first, rtol=RTOL, atol=ATOL
-            )
+            solver = DOP853(simulation.rates, t, y, end, first_step=first, rtol=RTOL, atol=ATOL)
             while solver.status == "running":
                 before = solver.t, solver.y.copy()
                 solver.step()
@@ -233,7 +231,10 @@ def _watched(
             on = on or column[j - 1] > 0
             if on and column[j] < 0 and column[j - 1] >= 0:
                 root = brentq(
-                    lambda s, k=k: simulation.guards(dense(s))[k], times[j - 1], times[j], xtol=1e-15
+                    lambda s, k=k: simulation.guards(dense(s))[k],
+                    times[j - 1],
+                    times[j],
+                    xtol=1e-15,
                 )
                 if best is None or root < best[1]:
                     best = k, float(root)
@@ -255,9 +256,7 @@ def _landed(
     for _ in range(3):
         if t <= t0:
             return before
-        own = DOP853(
-            simulation.rates, t0, before[1], t, first_step=t - t0, rtol=RTOL, atol=ATOL
-        )
+        own = DOP853(simulation.rates, t0, before[1], t, first_step=t - t0, rtol=RTOL, atol=ATOL)
         while own.status == "running":
             own.step()
         y = own.y

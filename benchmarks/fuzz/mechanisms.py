@@ -21,6 +21,7 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -185,16 +186,15 @@ def _errors(
 
 def campaign(
     system: str, first: int, count: int, tolerance: float, laws: str | None = None
-) -> dict[str, list[Verdict]]:
-    """The verdicts on runs, by the name of their laws."""
+) -> Iterator[tuple[str, list[Verdict]]]:
+    """The verdicts on runs for each kind of laws."""
     cases: dict[str, list[Case]] = {}
     for number in range(first, first + count):
         name, case = drawn(system, number)
         if laws in (None, name):
             cases.setdefault(name, []).append(case)
-    verdicts = {}
     for name, own in cases.items():
-        run, verdicts[name] = program(system, name, tolerance), []
+        run, verdicts = program(system, name, tolerance), []
         names = contact_of(system, name)
         size = min(BATCH, len(own))
         for begin in range(0, len(own), size):
@@ -206,14 +206,16 @@ def campaign(
             found = jax.tree.map(np.asarray, found)
             for lane, case in enumerate(batch):
                 mine = jax.tree.map(lambda x, lane=lane: x[lane], found)
-                verdicts[name].append(judged(system, case, names, mine, tolerance))
-    return verdicts
+                verdicts.append(judged(system, case, names, mine, tolerance))
+        yield name, verdicts
 
 
 def row(system: str, laws: str, verdicts: list[Verdict], seconds: float) -> str:
     """A row of the table."""
     fine = [each for each in verdicts if each.said == "right" and each.errors]
-    counts = {said: sum(each.said == said for each in verdicts) for said in ("right", "ill-conditioned")}
+    counts = {
+        said: sum(each.said == said for each in verdicts) for said in ("right", "ill-conditioned")
+    }
     wrong = len(verdicts) - sum(counts.values())
     worst = [max((each.errors[k] for each in fine), default=0.0) for k in range(4)]
     rests, events = sum(each.rests for each in fine), sum(each.events for each in fine)
@@ -247,7 +249,7 @@ def main() -> int:
         began = time.perf_counter()
         for laws, verdicts in campaign(
             system, chosen.first, chosen.count, chosen.tolerance, chosen.laws
-        ).items():
+        ):
             now = time.perf_counter()
             print(row(system, laws, verdicts, now - began), flush=True)
             began = now

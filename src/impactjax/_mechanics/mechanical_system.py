@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike
@@ -50,10 +49,14 @@ class MechanicalSystem(HybridSystem):
     """
 
     mechanism: AbstractMechanism
-    longest_sum: Array = eqx.field(converter=as_parameter, default=1e-5)
+    longest_sum: Array
+    _whole: Array
 
-    def __check_init__(self) -> None:
-        check_kind("mechanism", self.mechanism, AbstractMechanism, "CartPendulum(...)")
+    def __init__(self, mechanism: AbstractMechanism, longest_sum: ArrayLike = 1e-5) -> None:
+        check_kind("mechanism", mechanism, AbstractMechanism, "CartPendulum(...)")
+        self.mechanism = mechanism
+        self.longest_sum = as_parameter(longest_sum)
+        self._whole = as_parameter(1.0)
 
     def start(self, t: ArrayLike, q: Numbers, v: Numbers) -> Start:
         """The start of a run with coordinates `q` and their rates `v`; contacts whose gap is
@@ -80,7 +83,13 @@ class MechanicalSystem(HybridSystem):
         return energy(self.mechanism, jnp.asarray(t), y.q, y.v)
 
     def flow(self, t: Scalar, y: MechanicalState, mode: Phases) -> MechanicalState:
-        acceleration, _ = motion(self.mechanism, t, y, mode)
+        """Rates of the state.
+
+        At rest some rates are a difference that is zero up to rounding. The factor `_whole`, which
+        is 1, lets a step that is disturbed see how large its terms are.
+        """
+        acceleration, kept, _ = motion(self.mechanism, t, y, mode)
+        acceleration = acceleration + (self._whole.astype(kept.dtype) - 1) * kept
         return MechanicalState(y.v, acceleration, internal_rates(self.mechanism, y, mode))
 
     def transitions(self) -> Sequence[Transition]:

@@ -55,10 +55,12 @@ class Motion(NamedTuple):
     """Acceleration, and the contact forces with which it goes.
 
     - `acceleration`: v̇.
+    - `kept`: the part of it by the forces that keep resting contacts closed.
     - `push`: force [N] of each contact: by its law, or what keeps a resting contact closed.
     """
 
     acceleration: Coordinates
+    kept: Coordinates
     push: Float[Array, " contacts"]
 
 
@@ -90,17 +92,19 @@ def motion(mechanism: AbstractMechanism, t: Scalar, y: MechanicalState, phases: 
     force = momentum_rate(mechanism, t, y.q, y.v)
     contacts = mechanism.contacts()
     if not contacts:
-        return Motion(_divided(force, mechanism.mass_matrix(y.q)), jnp.zeros(0, t.dtype))
+        free = _divided(force, mechanism.mass_matrix(y.q))
+        return Motion(free, jnp.zeros_like(free), jnp.zeros(0, t.dtype))
     place, free = _geometry(mechanism, y, force)
     push = jnp.stack(
         [_law_force(each.law, number, place, y, phases) for number, each in enumerate(contacts)]
     )
     free = free + place.mobility @ push
     if all(not each.law.is_rigid() for each in contacts):
-        return Motion(free, push)
+        return Motion(free, jnp.zeros_like(free), push)
     _, turning = jax.jvp(lambda q: normals(contacts, q), (y.q,), (y.v,))
     keeping = closing(place, phases == RESTING, -(place.normals @ free + turning @ y.v))
-    return Motion(free + place.mobility @ keeping, push + keeping)
+    kept = place.mobility @ keeping
+    return Motion(free + kept, kept, push + keeping)
 
 
 def closing(
