@@ -18,7 +18,7 @@ NODES = np.linspace(0, 1, 6)
 RTOL, ATOL = 1e-13, 1e-14
 LONGEST_SUM = 1e-6  # [s], a chatter that lasts less is taken as rest at once
 MOVED = 1e-9
-MOST = 400  # events
+MOST = 1000  # events
 
 
 class Event(NamedTuple):
@@ -44,9 +44,15 @@ class Simulation:
     """One mechanism with its parameters, laws and phases of contact."""
 
     def __init__(
-        self, equations: Equations, p: Parameters, kinds: tuple[str, ...], laws: Vector
+        self,
+        equations: Equations,
+        p: Parameters,
+        kinds: tuple[str, ...],
+        laws: Vector,
+        rtol: float = RTOL,
     ) -> None:
         self.equations, self.p, self.kinds, self.laws = equations, p, kinds, laws
+        self.rtol = rtol
         self.n = equations.draw(np.random.default_rng(0))[1].size
         self.modes = [FREE] * len(kinds)
 
@@ -141,21 +147,31 @@ class Simulation:
         return np.concatenate([q, v])
 
     def rested(self, i: int, q: Vector, v: Vector) -> Vector:
-        """Rates after an impact: those of rest if what is left of a chatter is short enough."""
-        _, rate, _, columns, inverse = self.contacts(q, v)
+        """Rates after an impact: those of rest if what is left of a chatter is short enough.
+
+        Contacts that bounce beside this one, as in a pile, come to rest with it.
+        """
+        gap, rate, _, columns, inverse = self.contacts(q, v)
         modes = list(self.modes)
-        self.modes[i] = RESTING
+        most = LONGEST_SUM * np.maximum(np.abs(rate), abs(rate[i]))
+        beside = [j for j, mode in enumerate(modes) if mode == FREE and gap[j] < most[j]]
+        for j in {i, *beside}:
+            self.modes[j] = RESTING
         rest = [j for j, mode in enumerate(self.modes) if mode == RESTING]
         still = v + columns[:, rest] @ np.linalg.solve(inverse[np.ix_(rest, rest)], -rate[rest])
-        pull = self.motion(np.concatenate([q, still]))[1][i] * inverse[i, i]
-        if pull > 0 and 2 * rate[i] <= LONGEST_SUM * pull * (1 - self.laws[i][0]):
+        push = self.motion(np.concatenate([q, still]))[1]
+        if all(
+            self.kinds[j] == "restitution"
+            and 2 * abs(rate[j]) <= LONGEST_SUM * push[j] * inverse[j, j] * (1 - self.laws[j][0])
+            for j in {i, *beside}
+        ):
             return still
         self.modes = modes
         return v
 
     def longest_step(self, y: Vector) -> float:
         """A quarter of the shortest flight that begins with a gap near zero."""
-        gap, rate, _, _, inverse = self.contacts(y[: self.n], y[self.n :])
+        gap, rate, *_ = self.contacts(y[: self.n], y[self.n :])
         bend = self.equations.normals(self.p, y[: self.n]) @ self.motion(y)[0]
         flight = np.inf
         for i, mode in enumerate(self.modes):
@@ -172,7 +188,9 @@ def simulated(simulation: Simulation, q: Vector, v: Vector, times: Vector) -> Ru
     for end in times:
         while t < end:
             first = min(h, simulation.longest_step(y), end - t)
-            solver = DOP853(simulation.rates, t, y, end, first_step=first, rtol=RTOL, atol=ATOL)
+            solver = DOP853(
+                simulation.rates, t, y, end, first_step=first, rtol=simulation.rtol, atol=ATOL
+            )
             while solver.status == "running":
                 before = solver.t, solver.y.copy()
                 solver.step()
@@ -256,7 +274,9 @@ def _landed(
     for _ in range(3):
         if t <= t0:
             return before
-        own = DOP853(simulation.rates, t0, before[1], t, first_step=t - t0, rtol=RTOL, atol=ATOL)
+        own = DOP853(
+            simulation.rates, t0, before[1], t, first_step=t - t0, rtol=simulation.rtol, atol=ATOL
+        )
         while own.status == "running":
             own.step()
         y = own.y

@@ -37,7 +37,7 @@ from impactjax import RESULTS
 
 from .mechanism_equations import LAWS, SYSTEMS, Parameters, Vector, drawn_laws
 from .mechanism_package import Found, contact_of, program
-from .mechanism_reference import FREE, RESTING, Event, Run, Simulation, simulated
+from .mechanism_reference import FREE, RESTING, RTOL, Event, Run, Simulation, simulated
 
 SAMPLES = 40
 SLOW = 1e-4  # m/s
@@ -89,8 +89,8 @@ def drawn(system: str, number: int) -> tuple[str, Case]:
     return name, Case(number, p, kinds, drawn_laws(rng, kinds), q, v, times)
 
 
-def _referred(system: str, case: Case) -> Run:
-    simulation = Simulation(SYSTEMS[system], case.p, case.kinds, case.laws)
+def _referred(system: str, case: Case, rtol: float = RTOL) -> Run:
+    simulation = Simulation(SYSTEMS[system], case.p, case.kinds, case.laws, rtol)
     return simulated(simulation, case.q, case.v, case.times)
 
 
@@ -133,7 +133,7 @@ def _ours(system: str, case: Case, names: list[int], found: Found) -> list[Event
 
 def judged(system: str, case: Case, names: list[int], found: Found, tolerance: float) -> Verdict:
     """The verdict on one run, `found` being its lane."""
-    exact, near = _referred(system, case), _referred(system, _changed(case))
+    exact, near = _referred(system, case), _referred(system, _changed(case), 1e-11)
     if exact.events is None or near.events is None:
         return Verdict(case.number, "too many events", None, 0, False)
     rests = bool(np.any(exact.modes == RESTING))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike
+from jaxtyping import Array, ArrayLike, Bool, Float
 
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.system import HybridSystem, Tail, Transition
@@ -14,6 +14,7 @@ from impactjax._mechanics.motion import (
     FREE,
     RESTING,
     TOUCHING,
+    Geometry,
     MechanicalState,
     Phases,
     closing,
@@ -39,8 +40,8 @@ class MechanicalSystem(HybridSystem):
 
     An impact at a rigid contact changes v by −(1 + r) (n·v) M⁻¹n / (nᵀ M⁻¹ n). Of several contacts
     at one time the impacts come one after the other, in the order of the contacts. An endless
-    series of impacts at a contact is summed once it lasts less than `longest_sum`; what changes
-    during that time is then known up to the third power of its duration.
+    series of impacts, at one contact or at several together, is summed once it lasts less than
+    `longest_sum`; rates after it are known up to the second power of its duration.
 
     **Arguments:**
 
@@ -126,23 +127,41 @@ class MechanicalSystem(HybridSystem):
 
         def tail(t: Scalar, y: MechanicalState, mode: Phases) -> Tail:
             place = geometry(self.mechanism, y)
-            speed = place.rate[number]
-            closed = _with(mode, number, RESTING)
+            series = self._chattering(number, place, mode)
+            closed = jnp.where(series, RESTING, mode)
             stopped = y.v + place.mobility @ closing(place, closed == RESTING, -place.rate)
             still = y._replace(v=stopped)
             held = motion(self.mechanism, t, still, closed)
-            falling = held.push[number] * place.compliance[number, number]
-            r = law.restitution(jnp.maximum(speed, 0.0))
-            falls = (falling > 0) & (r < 1) & (speed >= 0)
-            duration = 2 * speed / jnp.where(falls, falling * (1 - r), 1.0)
+            falls, durations = self._durations(place, held.push)
+            duration = jnp.max(jnp.where(series & falls, durations, 0.0))
             change = internal_rates(self.mechanism, still, closed)
             flow = MechanicalState(stopped, held.acceleration, change)
             end = jax.tree.map(lambda x, dx: x + duration * dx, still, flow)
             end = end._replace(q=end.q + duration**2 / 2 * flow.v)
-            holds = falls & (duration <= self.longest_sum)
-            return Tail(holds, duration, end, closed)
+            holds = (place.rate[number] >= 0) & jnp.all(falls | ~series)
+            return Tail(holds & (duration <= self.longest_sum), duration, end, closed)
 
         return Transition(guard, jump, tail)
+
+    def _chattering(self, number: int, place: Geometry, mode: Phases) -> Bool[Array, " contacts"]:
+        """The contacts that come to rest together: one, and those that it may meet before."""
+        reach = self.longest_sum * jnp.maximum(jnp.abs(place.rate), jnp.abs(place.rate[number]))
+        near = (mode == FREE) & (place.rate != 0) & (place.gap <= reach)
+        return near | (jnp.arange(mode.size, dtype=jnp.int32) == number)
+
+    def _durations(
+        self, place: Geometry, push: Float[Array, " contacts"]
+    ) -> tuple[Bool[Array, " contacts"], Float[Array, " contacts"]]:
+        """True for each rigid contact with an endless series of impacts, and its duration."""
+        falls, durations = [], []
+        for number, each in enumerate(self.mechanism.contacts()):
+            falling = push[number] * place.compliance[number, number]
+            speed = jnp.abs(place.rate[number])
+            r = each.law.restitution(speed) if isinstance(each.law, AbstractImpactLaw) else 1.0
+            ends = (falling > 0) & (r < 1)
+            falls.append(ends)
+            durations.append(2 * speed / jnp.where(ends, falling * (1 - r), 1.0))
+        return jnp.stack(falls), jnp.stack(durations)
 
     def _surface(self, number: int, law: AbstractForceLaw) -> Transition:
         """The beginning of contact, or its end at the surface."""
