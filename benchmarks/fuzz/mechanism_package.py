@@ -13,7 +13,7 @@ from impactjax._model.law import AbstractLaw
 
 from .mechanism_equations import LAWS, SYSTEMS, G
 
-MAX_STEPS, MAX_EVENTS = 4096, 192
+MAX_STEPS, MAX_EVENTS = 4096, 384
 
 
 class _Two(ij.AbstractMechanism):
@@ -156,7 +156,7 @@ def program(name: str, kinds: str, tolerance: float) -> Callable[..., Found]:
 
     def run(p: dict[str, Array], laws: Array, q: Array, v: Array, ts: Array) -> Found:
         own = [law(kind, row) for kind, row in zip(LAWS[kinds], laws, strict=False)]
-        system = ij.MechanicalSystem(MECHANISMS[name](p, tuple(own)), longest_sum=1e-6)
+        system = ij.MechanicalSystem(MECHANISMS[name](p, tuple(own)), longest_sum=1e-7)
         found = ij.solve(
             system,
             system.start(0.0, q, v),

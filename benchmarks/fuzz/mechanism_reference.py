@@ -16,7 +16,7 @@ from .mechanism_equations import Equations, Parameters, Vector
 FREE, TOUCHING, DETACHED, RESTING = range(4)
 NODES = np.linspace(0, 1, 6)
 RTOL, ATOL = 1e-13, 1e-14
-LONGEST_SUM = 1e-6  # [s], a chatter that lasts less is taken as rest at once
+LONGEST_SUM = 1e-7  # [s], a chatter that lasts less is taken as rest at once
 MOVED = 1e-9
 MOST = 1000  # events
 

@@ -161,7 +161,8 @@ class MechanicalSystem(HybridSystem):
             moved = jnp.abs(place.normals @ change) > _UNCHANGED * jnp.abs(rate)
             freed = after_impact(self.mechanism, place, change, mode, moved & ~rests)
             after = with_phase(freed, number, FREE)
-            return y._replace(v=y.v + change), after
+            opened = jnp.where(rests, _opening(place, number, y.q), 0.0)
+            return y._replace(q=y.q + opened, v=y.v + change), after
 
         def tail(t: Scalar, y: MechanicalState, mode: Phases) -> Tail:
             place = geometry(self.mechanism, y)
@@ -179,7 +180,10 @@ class MechanicalSystem(HybridSystem):
             flow = MechanicalState(stopped, held.acceleration, change)
             end = jax.tree.map(lambda x, dx: x + duration * dx, still, flow)
             end = end._replace(q=end.q + duration**2 / 2 * flow.v)
-            holds = (place.rate[number] >= 0) & jnp.all(falls | ~series)
+            soon = jax.tree.map(lambda x, dx: x + self.longest_sum * dx, still, flow)
+            later = motion(self.mechanism, t + self.longest_sum, soon, closed).push
+            stays = falls & (later[: falls.size] > 0)
+            holds = (place.rate[number] >= 0) & jnp.all(stays | ~series)
             return Tail(holds & (duration <= self.longest_sum), duration, end, closed)
 
         return Transition(guard, jump, tail)
@@ -247,3 +251,14 @@ class MechanicalSystem(HybridSystem):
             return y, with_phase(mode, number, jnp.where(pressed, DETACHED, TOUCHING))
 
         return Transition(guard, jump)
+
+
+def _opening(place: Geometry, number: int, q: Coordinates) -> Coordinates:
+    """Displacement of the size of rounding that makes the gap of a contact positive.
+
+    A contact that has rested may be closed by a rounding, and its fall would be no impact.
+    """
+    rounding = 4 * jnp.finfo(q.dtype).eps * jnp.abs(place.normals[number]) @ jnp.abs(q)
+    width = jax.lax.stop_gradient(2 * jnp.abs(place.gap[number]) + rounding)
+    share = place.mobility[:, number] / place.compliance[number, number]
+    return jax.lax.stop_gradient(share) * width
