@@ -148,7 +148,8 @@ class ExplicitStep(AbstractFlowStep):
         along = direction(place)
         values, changes = jax.jvp(stepped, place, along)
         still = [packed(start.y), packed(along[1])]
-        rounding = _ROUNDING * np.finfo(h.dtype).eps / tolerance * jnp.abs(changes[2])
+        moved = jnp.maximum(jnp.abs(changes[2]), jnp.abs(changes[0] - still[1]))
+        rounding = _ROUNDING * np.finfo(h.dtype).eps / tolerance * moved
         floors = [jnp.maximum(packed(scale), rounding), rounding]
         ratios = []
         for (end, error, way), begin, floor in zip((values, changes), still, floors, strict=True):

@@ -44,13 +44,19 @@ class MechanicalSystem(HybridSystem):
     """A mechanism with its contacts, for `solve` and `section`.
 
     The state is a `MechanicalState`; the mode holds the phase of each contact: 0 free, 1 touching,
-    2 detached (inside the indentation, without force), 3 resting. Transitions are numbered by
-    contact: one for each, and after it one more for a force law that separates at zero force.
+    2 detached (inside the indentation, without force), 3 resting; and after these that of each
+    friction: 0 sticking, ±1 the direction of slip. Transitions are numbered by contact: one for
+    each, and after it one more for a force law that separates at zero force; then by friction.
 
     An impact at a rigid contact changes v by −(1 + r) (n·v) M⁻¹n / (nᵀ M⁻¹ n). Of several contacts
     at one time the impacts come one after the other, in the order of the contacts. An endless
     series of impacts, at one contact or at several together, is summed once it lasts less than
     `longest_sum`; rates after it are known up to the second power of its duration.
+
+    Friction has no impulse at an impact. Resting contacts and sticking frictions must be
+    independent of each other: two stops that hold one part at the same place share their force in
+    no definite way, and the run ends with `RESULTS.non_finite`. The exception is a friction that
+    one resting contact holds at rest: it acts against the release of that contact.
 
     **Arguments:**
 
@@ -155,9 +161,9 @@ class MechanicalSystem(HybridSystem):
             place = geometry(self.mechanism, y)
             rests = mode[number] == RESTING
             rate = place.rate[number]
-            impulse = -(1 + law.restitution(jnp.abs(rate))) * rate
-            impulse = impulse / place.compliance[number, number]
-            change = jnp.where(rests, 0.0, impulse) * place.mobility[:, number]
+            share = jnp.where(rests, 1.0, 1 + law.restitution(jnp.abs(rate)))
+            impulse = -share * rate / place.compliance[number, number]
+            change = impulse * place.mobility[:, number]
             moved = jnp.abs(place.normals @ change) > _UNCHANGED * jnp.abs(rate)
             freed = after_impact(self.mechanism, place, change, mode, moved & ~rests)
             after = with_phase(freed, number, FREE)

@@ -20,7 +20,6 @@ from impactjax._types import Scalar
 
 FREE, TOUCHING, DETACHED, RESTING = range(4)  # phases of a contact
 STICKING = 0  # phase of a friction; ±1 is the direction of slip
-_INDEPENDENT = 1e-10  # share of a compliance that is left with all other held places fixed
 
 
 class MechanicalState(NamedTuple):
@@ -138,16 +137,13 @@ def with_phase(phases: Phases, number: int, phase: ArrayLike) -> Phases:
 
 def closing(place: Geometry, held: Mask, wanted: AtPlaces) -> AtPlaces:
     """Forces or impulses of the held places that change their rates by `wanted`; zero for all
-    others. NaN if the places do not determine them.
+    others.
     """
     if held.size == 1:
         return jnp.where(held, wanted / place.compliance[0], jnp.zeros_like(wanted))
     both = held[:, None] & held[None, :]
     matrix = jnp.where(both, place.compliance, jnp.eye(held.size, dtype=wanted.dtype))
-    factor = jsp.linalg.cho_factor(matrix, lower=True)
-    left = jnp.diagonal(factor[0]) ** 2
-    found = jsp.linalg.cho_solve(factor, jnp.where(held, wanted, jnp.zeros_like(wanted)))
-    return jnp.where(jnp.all(left > _INDEPENDENT * jnp.diagonal(matrix)), found, jnp.nan)
+    return _divided(jnp.where(held, wanted, jnp.zeros_like(wanted)), matrix)
 
 
 def _divided(right: Array, matrix: Array) -> Array:

@@ -76,6 +76,8 @@ def blocked(place: Geometry, mode: Phases) -> Int[Array, " places"]:
     when the contact opens; 0 for all others, and for contacts.
     """
     count = place.gap.size
+    if count == 0:
+        return jnp.zeros_like(mode)
     sizes = jnp.diagonal(place.compliance)
     cross = place.compliance[:, :count]
     same = cross**2 >= (1 - _PARALLEL) * sizes[:, None] * sizes[:count]
