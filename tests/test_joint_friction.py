@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 import impactjax as ij
 from tiers import thorough
@@ -167,7 +167,9 @@ def carried_in_scipy(limit, ts):
         end = ts[-1]
         if fallen.size:
             low, high = nodes[fallen[0]], nodes[fallen[0] + 1]
-            end = brentq(lambda s, y=run.sol: guard(s, y(s)), low, high, xtol=1e-15)
+            end = root_scalar(
+                lambda s, y=run.sol: guard(s, y(s)), bracket=(low, high), xtol=1e-15
+            ).root
         inside = ts[(ts >= t) & (ts < end)]
         rows += [run.sol(s) for s in inside]
         t, y = end, run.sol(end)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from test_mechanics import G, Block, cart_pendulum, landed
+from test_mechanics import Block, G, cart_pendulum, landed
 from tiers import thorough
 
 
@@ -51,7 +51,7 @@ def test_settled_contact_needs_no_relative_accuracy():
     """The speed of a part that has settled in a stop decays to nothing."""
     found = leaning(ij.KelvinVoigt(omega0=100.0, gamma=0.6))
     assert found.result == ij.RESULTS.successful
-    assert found.steps < 600
+    assert found.steps < 1000
 
 
 class Pile(ij.AbstractMechanism):

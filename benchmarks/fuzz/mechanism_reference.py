@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from .mechanism_equations import Equations, Parameters, Vector
 
@@ -195,7 +195,7 @@ def simulated(simulation: Simulation, q: Vector, v: Vector, times: Vector) -> Ru
                 before = solver.t, solver.y.copy()
                 solver.step()
                 h = solver.step_size
-                found, armed = _watched(simulation, solver, armed)
+                found, armed = _watched(simulation, solver, before[0], armed)
                 if found is not None:
                     which, guess = found
                     t, y = _landed(simulation, solver, before, which, guess)
@@ -226,10 +226,10 @@ def _armed_after(
 
 
 def _watched(
-    simulation: Simulation, solver: DOP853, armed: Vector
+    simulation: Simulation, solver: DOP853, before: float, armed: Vector
 ) -> tuple[tuple[int, float] | None, Vector]:
     """The first event of a step with its time, and which guards are watched after it."""
-    dense, t0, t1 = solver.dense_output(), solver.t_old, solver.t
+    dense, t0, t1 = solver.dense_output(), before, solver.t
     at = t0 + NODES * (t1 - t0)
     values = np.array([simulation.guards(dense(s)) for s in at])
     best, left = None, armed.copy()
@@ -248,14 +248,13 @@ def _watched(
         for j in range(1, times.size):
             on = on or column[j - 1] > 0
             if on and column[j] < 0 and column[j - 1] >= 0:
-                root = brentq(
+                root = root_scalar(
                     lambda s, k=k: simulation.guards(dense(s))[k],
-                    times[j - 1],
-                    times[j],
+                    bracket=(times[j - 1], times[j]),
                     xtol=1e-15,
-                )
+                ).root
                 if best is None or root < best[1]:
-                    best = k, float(root)
+                    best = k, root
                 break
         left[k] = on or column[-1] > 0
     return best, left
@@ -265,17 +264,18 @@ def _landed(
     simulation: Simulation, solver: DOP853, before: tuple[float, Vector], which: int, guess: float
 ) -> tuple[float, Vector]:
     """Time and state of an event, by steps that end on it."""
-    dense, t0, width = solver.dense_output(), solver.t_old, 1e-3 * solver.step_size
+    dense, (t0, begin) = solver.dense_output(), before
+    width = 1e-3 * (solver.t - t0)
     slope = (
         simulation.guards(dense(guess + width))[which]
         - simulation.guards(dense(guess - width))[which]
     ) / (2 * width)
-    t, y = guess, before[1]
+    t, y = guess, begin
     for _ in range(3):
         if t <= t0:
             return before
         own = DOP853(
-            simulation.rates, t0, before[1], t, first_step=t - t0, rtol=simulation.rtol, atol=ATOL
+            simulation.rates, t0, begin, t, first_step=t - t0, rtol=simulation.rtol, atol=ATOL
         )
         while own.status == "running":
             own.step()

@@ -25,8 +25,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-for each in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-    os.environ.setdefault(each, "1")  # the matrices are small
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small
 os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parents[2] / ".jax_cache"))
 
 import jax
@@ -125,7 +124,7 @@ def _ours(system: str, case: Case, names: list[int], found: Found) -> list[Event
     events, equations = [], SYSTEMS[system]
     for i in range(min(int(found.count), found.t.size)):
         contact = names[int(found.transition[i])]
-        rate = equations.normals(case.p, found.event_q[i])[contact] @ found.event_v[i]
+        rate = equations.normals(case.p, np.asarray(found.event_q[i]))[contact] @ found.event_v[i]
         before, after = int(found.before[i][contact]), int(found.after[i][contact])
         events.append(Event(float(found.t[i]), contact, before, after, float(rate)))
     return events
@@ -181,7 +180,7 @@ def _errors(
         error = np.where(np.isnan(error), np.inf, error)
         worst.append(float(np.max(error, initial=0.0)))
         ratio = max(ratio, float(np.max(error / allowed, initial=0.0)))
-    return Errors(*worst, ratio)
+    return Errors(worst[0], worst[1], worst[2], ratio)
 
 
 def campaign(
@@ -212,12 +211,13 @@ def campaign(
 
 def row(system: str, laws: str, verdicts: list[Verdict], seconds: float) -> str:
     """A row of the table."""
-    fine = [each for each in verdicts if each.said == "right" and each.errors]
+    fine = [each for each in verdicts if each.said == "right"]
     counts = {
         said: sum(each.said == said for each in verdicts) for said in ("right", "ill-conditioned")
     }
     wrong = len(verdicts) - sum(counts.values())
-    worst = [max((each.errors[k] for each in fine), default=0.0) for k in range(4)]
+    errors = [each.errors for each in fine if each.errors]
+    worst = [max((each[k] for each in errors), default=0.0) for k in range(4)]
     rests, events = sum(each.rests for each in fine), sum(each.events for each in fine)
     return (
         f"| {system} | {laws} | {len(verdicts)} | {counts['right']} | {wrong} | "
