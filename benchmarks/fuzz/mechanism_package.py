@@ -123,12 +123,13 @@ MECHANISMS = {
 class Found(NamedTuple):
     """What a run of the package gives.
 
+    - `total`: number of events.
     - `t`, `transition`, `before`, `after`: times, numbers and phases of the events.
     - `event_q`, `event_v`: states before them.
     """
 
     result: ij.RESULTS
-    count: Array
+    total: Array
     t: Array
     transition: Array
     before: Array

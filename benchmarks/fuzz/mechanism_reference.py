@@ -194,7 +194,7 @@ def simulated(simulation: Simulation, q: Vector, v: Vector, times: Vector) -> Ru
             while solver.status == "running":
                 before = solver.t, solver.y.copy()
                 solver.step()
-                h = solver.step_size
+                h = solver.t - before[0]
                 found, armed = _watched(simulation, solver, before[0], armed)
                 if found is not None:
                     which, guess = found

@@ -122,7 +122,7 @@ def _kinds_of(events: list[Event], kinds: tuple[str, ...]) -> list[tuple[int, in
 
 def _ours(system: str, case: Case, names: list[int], found: Found) -> list[Event]:
     events, equations = [], SYSTEMS[system]
-    for i in range(min(int(found.count), found.t.size)):
+    for i in range(min(int(found.total), found.t.size)):
         contact = names[int(found.transition[i])]
         rate = equations.normals(case.p, np.asarray(found.event_q[i]))[contact] @ found.event_v[i]
         before, after = int(found.before[i][contact]), int(found.after[i][contact])
