@@ -53,10 +53,10 @@ class MechanicalSystem(HybridSystem):
     series of impacts, at one contact or at several together, is summed once it lasts less than
     `longest_sum`; rates after it are known up to the second power of its duration.
 
-    Friction has no impulse at an impact. Resting contacts and sticking frictions must be
-    independent of each other: two stops that hold one part at the same place share their force in
-    no definite way, and the run ends with `RESULTS.non_finite`. The exception is a friction that
-    one resting contact holds at rest: it acts against the release of that contact.
+    Friction has no impulse at an impact. Contacts that rest and frictions that stick together must
+    be independent: of two that hold one part at the same place no force is determined, and where
+    both hold it the run ends with `RESULTS.non_finite`. The exception is a friction that one
+    resting contact holds at rest: it acts against the release of that contact.
 
     **Arguments:**
 
