@@ -161,9 +161,9 @@ class MechanicalSystem(HybridSystem):
             place = geometry(self.mechanism, y)
             rests = mode[number] == RESTING
             rate = place.rate[number]
-            share = jnp.where(rests, 1.0, 1 + law.restitution(jnp.abs(rate)))
-            impulse = -share * rate / place.compliance[number, number]
-            change = impulse * place.mobility[:, number]
+            impulse = -(1 + law.restitution(jnp.abs(rate))) * rate
+            impulse = impulse / place.compliance[number, number]
+            change = jnp.where(rests, 0.0, impulse) * place.mobility[:, number]
             moved = jnp.abs(place.normals @ change) > _UNCHANGED * jnp.abs(rate)
             freed = after_impact(self.mechanism, place, change, mode, moved & ~rests)
             after = with_phase(freed, number, FREE)
