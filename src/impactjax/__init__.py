@@ -108,6 +108,7 @@ from impactjax._identify.words import findings as findings
 from impactjax._mechanics.mechanical_system import MechanicalSystem as MechanicalSystem
 from impactjax._mechanics.mechanism import AbstractMechanism as AbstractMechanism
 from impactjax._mechanics.mechanism import Contact as Contact
+from impactjax._mechanics.mechanism import Friction as Friction
 from impactjax._mechanics.motion import MechanicalState as MechanicalState
 from impactjax._model.base_motion import HarmonicMotion as HarmonicMotion
 from impactjax._model.bouncing_ball import BouncingBall as BouncingBall

@@ -30,6 +30,7 @@ _RESOLUTION = 1e-8  # of an event close to grazing, as a fraction of the natural
 _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
 _INSIDE = (0.31, 0.62)  # shares of a step at which guards are checked
 _SEEN = 0.1  # error of a guard there, relative to its size
+_ROUNDING = 64.0  # units in the last place of the terms of a rate
 _LANDED = math.sqrt(np.finfo(float).eps)  # distance to the event, as a fraction of the step
 
 _Numbers = Float[Array, " numbers"]
@@ -70,7 +71,7 @@ class ExplicitStep(AbstractFlowStep):
         t, y, mode, memory = start
         order = self._order()
         h, natural, target = memory.step
-        end, ratio = self._with_error(equations, start, h, scale)
+        end, ratio = self._with_error(equations, start, h, scale, tolerance)
         armed, returns, margin, coarse = _guards(equations, start, end, h, tolerance)
         ratio = ratio / (_LOCAL * tolerance)
         defined = jnp.all(jnp.isfinite(jnp.stack(armed.series))) & ~jnp.isnan(ratio)
@@ -130,9 +131,13 @@ class ExplicitStep(AbstractFlowStep):
         return order
 
     def _with_error(
-        self, equations: Equations, start: Point, h: Scalar, scale: State
+        self, equations: Equations, start: Point, h: Scalar, scale: State, tolerance: Scalar
     ) -> tuple[State, Scalar]:
-        """The state after a step, and its largest relative error, also of a disturbance."""
+        """The state after a step, and its largest relative error, also of a disturbance.
+
+        A number whose rate is a difference of larger terms is known only to their rounding. The
+        disturbance tells their size.
+        """
         variable, fixed = eqx.partition(equations, eqx.is_inexact_array)
 
         def stepped(variable: Equations, y: State) -> tuple[_Numbers, _Numbers, _Numbers]:
@@ -143,7 +148,9 @@ class ExplicitStep(AbstractFlowStep):
         along = direction(place)
         values, changes = jax.jvp(stepped, place, along)
         still = [packed(start.y), packed(along[1])]
-        floors = [packed(scale), jnp.zeros_like(still[0])]
+        moved = jnp.maximum(jnp.abs(changes[2]), jnp.abs(changes[0] - still[1]))
+        rounding = _ROUNDING * np.finfo(h.dtype).eps / tolerance * moved
+        floors = [jnp.maximum(packed(scale), rounding), rounding]
         ratios = []
         for (end, error, way), begin, floor in zip((values, changes), still, floors, strict=True):
             size = jnp.maximum(jnp.maximum(jnp.abs(begin), jnp.abs(end)), jnp.abs(way))

@@ -27,6 +27,21 @@ class Contact(NamedTuple):
     law: AbstractLaw
 
 
+class Friction(NamedTuple):
+    """Dry friction between two parts of a mechanism, or between a part and the ground.
+
+    Coulomb's law: |F| ≤ `force` while the parts stick, F = −`force` sgn ṡ while they slip. The
+    generalised force is F ∂s/∂q.
+
+    - `slip`: displacement s [m], or angle [rad], of one part along the other, as a smooth function
+      of the coordinates; only its rate matters.
+    - `force`: the largest force [N], or torque [N m], at least 0.
+    """
+
+    slip: Callable[[Coordinates], ArrayLike]
+    force: ArrayLike
+
+
 class AbstractMechanism(eqx.Module):
     """A mechanism with the equations of motion d/dt ∂T/∂v − ∂T/∂q + ∂V/∂q = Q, where
     T = ½ vᵀ M(q) v.
@@ -50,6 +65,10 @@ class AbstractMechanism(eqx.Module):
     def contacts(self) -> Sequence[Contact]:
         """The stops."""
 
+    def friction(self) -> Sequence[Friction]:
+        """The places with dry friction; none if left out."""
+        return ()
+
 
 def energy(mechanism: AbstractMechanism, t: Scalar, q: Coordinates, v: Coordinates) -> Scalar:
     """Kinetic and potential energy [J], without that of contacts."""
@@ -72,11 +91,14 @@ def momentum_rate(
     return mechanism.force(t, q, v) + jax.grad(lagrangian)(q) - change
 
 
-def gaps(contacts: Sequence[Contact], q: Coordinates) -> Float[Array, " contacts"]:
+def gaps(mechanism: AbstractMechanism, q: Coordinates) -> Float[Array, " contacts"]:
     """The gap of each contact [m]."""
-    return jnp.stack([jnp.asarray(each.gap(q), q.dtype) for each in contacts])
+    found = [jnp.asarray(each.gap(q), q.dtype) for each in mechanism.contacts()]
+    return jnp.stack(found) if found else jnp.zeros(0, q.dtype)
 
 
-def normals(contacts: Sequence[Contact], q: Coordinates) -> Float[Array, "contacts coordinates"]:
-    """The gradient of each gap."""
-    return jnp.stack([jax.grad(lambda q, own=own: jnp.asarray(own.gap(q)))(q) for own in contacts])
+def normals(mechanism: AbstractMechanism, q: Coordinates) -> Float[Array, "places coordinates"]:
+    """The gradient of each gap, and after them that of each slip."""
+    lengths = [each.gap for each in mechanism.contacts()]
+    lengths += [each.slip for each in mechanism.friction()]
+    return jnp.stack([jax.grad(lambda q, own=own: jnp.asarray(own(q)))(q) for own in lengths])
