@@ -138,4 +138,4 @@ def test_wrong_criteria_are_refused():
     with pytest.raises(ValueError, match="must rise"):
         ij.Between(1.0, 1.0)
     with pytest.raises(ValueError, match="`speed` needs a range"):
-        ij.Candidates(lambda speed: speed, {"speed": []})
+        ij.Candidates(lambda model, speed: model, {"speed": []})
