@@ -134,11 +134,11 @@ def undisturbed(tmp_path_factory):
 
 def test_study_killed_at_any_moment_loses_one_chunk_and_no_byte(undisturbed, tmp_path):
     told = json.loads(output(KILLED, tmp_path / "store"))
-    for before, kept, _, nothing_lost, drafts in told:
+    for before, kept, after, nothing_lost, drafts in told:
         assert kept == min(16 * before, 3000)
         assert nothing_lost
         assert len(drafts) <= 1
-    assert sum(after - before for before, _, after, *_ in told) > 10
+        assert after > before
     assert content(tmp_path / "store") == undisturbed
 
 
