@@ -17,6 +17,7 @@ from impactjax._series.recurrences.tables import (
 )
 from impactjax._series.taylor import solution_series
 from test_recurrences import ARRAYS, ELEMENTARY, LINEAR, SWITCHES, UNIT, all_series
+from tiers import thorough
 
 ORDER, STEP = 12, 0.02
 SOME = {
@@ -139,6 +140,7 @@ def test_derivative_by_the_start_is_the_rate():
     np.testing.assert_allclose(sum(squared), sum(paired), rtol=1e-13)
 
 
+@thorough
 def test_derivatives_and_batches_of_operations():
     """D cₖ/dt = (k + 1) cₖ₊₁ for any function, forward and reverse, alone and in a batch."""
 

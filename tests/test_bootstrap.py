@@ -51,6 +51,7 @@ def test_bootstrap_of_white_noise_gives_regression_errors(sigma):
     assert np.all(np.abs(found.bias) < 0.15 * estimate.standard_errors)
 
 
+@thorough
 def test_bootstrap_noise_has_the_residuals_correlation():
     """An autoregression of 0.8 triples the errors."""
     estimate = fitted(autoregression(white()))

@@ -8,6 +8,7 @@ from mpmath import findroot, mp, mpf
 
 import impactjax as ij
 from systems import Own
+from tiers import thorough
 
 
 def simulated(model, start, ts):
@@ -130,6 +131,7 @@ def test_chatter_without_interval_bounds_is_not_summed():
     assert run.impacts.count > 15  # a sum that is bounded begins after nine
 
 
+@thorough
 def test_rest_after_plastic_impact_has_derivative_by_restitution():
     """The rest begins 2 r v / (g (1 − r)) after the impact, also where r is zero."""
 

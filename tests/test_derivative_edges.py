@@ -55,7 +55,7 @@ def test_derivatives_of_rest_at_end_of_run(step):
         np.testing.assert_allclose(place, np.zeros((2, 4)), atol=1e-12)
 
 
-@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("step", mostly_thorough(STEPS, "Taylor"))
 def test_derivative_of_single_sample_at_start(step):
     """Its derivative by that state is one; by r it is zero."""
     value, *slopes = (each[START] for each in edges(step))

@@ -139,6 +139,7 @@ def test_single_impact_matches_scipy(name):
         assert np.all(error <= 1e-9 * np.maximum(np.abs(expected[field]), scale)), field
 
 
+@thorough
 def test_hertz_dashpot_of_the_thesis():
     k = ij.Hertz.from_material(0.025426e9, 0.5, 0.0127).k
     found = single_impacts(ij.HertzDashpot(k, 23.0), np.array([0.1, 0.3, 0.73]))

@@ -27,6 +27,7 @@ def compared(recording):
     return ij.compare(prepared, starts=ij.Starts(4), progress=begun.append), begun
 
 
+@thorough
 def test_dry_friction_beside_impacts_is_found():
     comparison, _ = compared(record(1.0))
     estimate = comparison.best.estimate

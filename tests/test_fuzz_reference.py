@@ -115,6 +115,7 @@ def test_mass_turns_twice_within_a_tenth_of_a_millisecond():
     assert run.position.real == pytest.approx([-0.0245415, 0.1785825], abs=1e-6)
 
 
+@thorough
 def test_package_beside_the_reference():
     runs = campaign("linear, rigid, pressed", 6, 3, 1e-8, values_only=True)
     found = [verdict for _, verdict in runs]

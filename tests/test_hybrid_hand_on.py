@@ -7,6 +7,7 @@ import pytest
 
 import impactjax as ij
 from hybrid_systems import Ball, Neurons, Oscillator
+from tiers import mostly_thorough
 
 SAMPLES, CUTS = 40, 97
 
@@ -56,7 +57,7 @@ def times(name):
     return jnp.array(first), jnp.array(second)
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("name", mostly_thorough(SYSTEMS, "ball"))
 def test_cuts(name):
     parameters = jnp.array(SYSTEMS[name][1])
     run = jax.jit(jax.vmap(lambda *ts: whole_and_parts(name, parameters, *ts)))
@@ -75,7 +76,7 @@ def test_cuts(name):
     assert all(jax.tree.leaves(same))
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("name", mostly_thorough(SYSTEMS, "ball"))
 def test_derivatives_across_a_cut(name):
     first, second = (ts[:3] for ts in times(name))
 

@@ -93,6 +93,7 @@ def test_interval_coverage_under_correlated_noise(share):
     np.testing.assert_allclose(np.median(found.standard_errors, axis=0), empirical, rtol=0.15)
 
 
+@thorough
 def test_white_noise_errors_underestimate_under_correlation():
     found = lines(correlated(REPLICATES, 0.9), noise=ij.WhiteNoise())
     assert np.all(coverage(found) < 0.6)

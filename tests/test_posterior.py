@@ -97,6 +97,7 @@ def test_density_with_known_noise_is_normal():
     agree(densities(estimate, places), normal)
 
 
+@thorough
 def test_density_under_correlated_noise_has_the_intervals_of_the_estimate():
     """An autoregression, whose errors the fit widens."""
     own = np.asarray(
@@ -109,6 +110,7 @@ def test_density_under_correlated_noise_has_the_intervals_of_the_estimate():
     agree(densities(estimate, places), students(places, *about))
 
 
+@thorough
 def test_density_of_a_joint_estimate_has_its_prior_and_integrates_over_each_noise():
     known = ij.Normal(0.4, 0.02)
     first, second = [line(errors(seed), fixed=("x_dot0",)) for seed in (1, 2)]
@@ -194,6 +196,7 @@ def _through_zero(values: np.ndarray) -> tuple[float, float]:
     return slope, np.sqrt(np.sum(left**2) / (len(TS) - 1) / np.sum(TS**2))
 
 
+@thorough
 def test_posterior_of_coupled_parameters_is_the_ridge():
     """Only the product of gain and speed is determined: with flat priors within bounds that do not
     cut the ridge, the gain's density is proportional to 1/gain.

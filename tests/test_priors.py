@@ -126,6 +126,7 @@ def test_bootstrap_draws_prior_knowledge_anew():
     np.testing.assert_allclose(drawn.standard_errors, estimate.standard_errors, rtol=0.08)
 
 
+@thorough
 def test_batches_and_compiled_programs_have_priors():
     @jax.jit
     @jax.vmap

@@ -13,6 +13,7 @@ from scipy import optimize, special
 import impactjax as ij
 from closed_form import ANY, FROM_ZERO, POSITIVE, fitted
 from estimates import TS, line
+from tiers import thorough
 
 T = np.linspace(0.2, 2.0, 10)
 SIGMA = 0.05
@@ -94,6 +95,7 @@ def test_profile_is_continued(decay):
     np.testing.assert_array_equal(many["p1"].rise[places], few["p1"].rise)
 
 
+@thorough
 def test_profile_of_product_is_flat():
     data = 2.0 * T + SIGMA * np.random.default_rng(1).standard_normal(len(T))
     found = fitted(lambda p: p[0] * p[1] * T, [POSITIVE, POSITIVE], data, SIGMA, [1.0, 2.0])

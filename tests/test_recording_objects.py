@@ -7,6 +7,7 @@ import pytest
 
 import impactjax as ij
 from estimates import SMALL
+from tiers import mostly_thorough, thorough
 
 TS = np.array([0.0, 0.1, 0.2, 0.3])
 
@@ -64,7 +65,7 @@ def test_non_finite_observations_do_not_count():
     assert ij.ImpactTimes(np.array([0.1, np.nan, 0.3])).valid.tolist() == [True, False, True]
 
 
-@pytest.mark.parametrize("missed", [4, 8])
+@pytest.mark.parametrize("missed", mostly_thorough([4, 8], 8))
 def test_missed_impact_keeps_its_number(missed):
     r, speed, gravity = 0.8, 1.5, 9.80665
     times = 0.1 + 2 * speed / gravity * (1 - r ** np.arange(9)) / (1 - r)
@@ -81,6 +82,7 @@ def test_missed_impact_keeps_its_number(missed):
     assert bool(found.converged)
 
 
+@thorough
 def test_all_invalid_recording_does_not_converge_under_jit():
     """Under `jit`, where nobody can be told."""
 

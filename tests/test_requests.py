@@ -8,6 +8,7 @@ import pytest
 
 import impactjax as ij
 from estimates import SMALL, line
+from tiers import thorough
 
 TS = np.linspace(0.0, 1.0, 41)
 SWING = ij.Recording(
@@ -33,6 +34,7 @@ def test_fixed_values_are_used():
     assert found.verdict("zeta") is ij.Verdict.FIXED
 
 
+@thorough
 def test_fixed_values_may_be_traced():
     @jax.jit
     def x0(zeta):

@@ -139,6 +139,7 @@ def test_stated_noise_leaves_the_scatter_as_it_is():
     assert float(stated.high) == pytest.approx(float(free.high), rel=0.1)
 
 
+@thorough
 def test_one_impact_tells_neither_restitution_nor_scatter():
     found = ij.fit(experiment(record(2, 0.01, count=150), scatter=ij.NormalScatter()))
     assert found.converged
@@ -146,6 +147,7 @@ def test_one_impact_tells_neither_restitution_nor_scatter():
     assert "not told" in str(found)
 
 
+@thorough
 def test_fit_that_does_not_converge_stays_as_it_is():
     own = experiment(record(1, 0.02), scatter=ij.NormalScatter())
     found = ij.fit(dataclasses.replace(own, simulation=ij.Simulation(max_steps=4)))
@@ -183,6 +185,7 @@ def test_change_must_stay_as_clear_beside_scatter(monkeypatch, falls, settled, k
     assert scattering.explains_more(fits, more, own, Search()) is kept
 
 
+@thorough
 def test_impacts_without_a_factor_are_said():
     found = ij.fit(experiment(record(1, 0.02), scatter=ij.NormalScatter(), max_impacts=8))
     assert not found.converged

@@ -9,6 +9,7 @@ from scipy import stats
 import impactjax as ij
 from impactjax._compare.fit_models import _is_worse
 from scattered_motions import OMEGA, R, experiment, record
+from tiers import thorough
 
 STARTS = ij.Starts(1)
 LINE = ij.LinearRestitution(R, 1e-3)
@@ -20,6 +21,7 @@ def best(recording, **more):
     return found, found.best.estimate
 
 
+@thorough
 @pytest.mark.parametrize("seed", [7, 10, 15, 30])
 def test_slope_of_restitution_is_covered(seed):
     """Five impacts of a constant restitution with a scatter of 0.4 %, fitted with r0 - alpha v. The
@@ -69,6 +71,7 @@ def test_excluded_scatter_leaves_intervals_as_they_are():
     np.testing.assert_allclose(estimate.high - estimate.low, plain.high - plain.low, rtol=1e-6)
 
 
+@thorough
 def test_scatter_that_is_not_decided_narrows_no_interval():
     """With scatter the damping ends at zero, and the others are as if it were known."""
     recording = record(1, 0.0, count=int(4.5 * np.pi / OMEGA * 400))
@@ -79,6 +82,7 @@ def test_scatter_that_is_not_decided_narrows_no_interval():
     assert np.all(estimate.high - estimate.low > 0.999 * (plain.high - plain.low))
 
 
+@thorough
 def test_least_stiffness_of_a_rigid_stop_stays():
     """In linear approximation the record would tell nothing of the stiffness."""
     recording = record(3, 0.0)

@@ -29,7 +29,7 @@ def lanes(case, count=5):
             "pendulum with dry friction, two stops",
             "bouncing ball",
         ],
-        "pendulum with dry friction, two stops",
+        "pendulum, restitution",
     ),
 )
 def test_vmap_equals_loop(name):

@@ -240,6 +240,7 @@ def test_extremes_with_infinite_damping_slope_at_touch():
         np.testing.assert_allclose(logarithmic, expected, atol=1e-4)
 
 
+@thorough
 def test_depth_of_creeping_mass():
     """A Maxwell stop that damps so much that the mass stays in it: 2 γ v/ω0.
 

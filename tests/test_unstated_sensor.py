@@ -104,6 +104,7 @@ def test_few_samples_have_no_low_pass():
     assert "cutoff" not in experiment(few).free
 
 
+@thorough
 def test_low_pass_that_is_stated_not_to_be_there_is_not_fitted():
     known = {"cutoff": np.inf, "dry_friction": None}
     prepared = ij.prepare(recording(cutoff=45.0), laws=["restitution"], fixed=known)
