@@ -37,6 +37,7 @@ from impactjax._types import Numbers, Scalar
 
 AtContacts: TypeAlias = Bool[Array, " contacts"]
 
+_MOMENT = 0.01  # of the longest sum: so long after a release its motion is not yet noticeable
 _UNCHANGED = 1e-9  # of the speed of an impact: a change of another gap's rate that is rounding
 
 
@@ -157,17 +158,18 @@ class MechanicalSystem(HybridSystem):
             return jnp.where(mode[number] == RESTING, push, gap)
 
         def jump(t: Scalar, y: MechanicalState, mode: Phases) -> tuple[MechanicalState, Phases]:
-            del t
             place = geometry(self.mechanism, y)
             rests = mode[number] == RESTING
             rate = place.rate[number]
             impulse = -(1 + law.restitution(jnp.abs(rate))) * rate
             impulse = impulse / place.compliance[number, number]
-            change = jnp.where(rests, 0.0, impulse) * place.mobility[:, number]
+            opening = self._opening(number, t, y, mode)
+            impulse = jnp.where(rests, (opening - rate) / place.compliance[number, number], impulse)
+            change = impulse * place.mobility[:, number]
             moved = jnp.abs(place.normals @ change) > _UNCHANGED * jnp.abs(rate)
             freed = after_impact(self.mechanism, place, change, mode, moved & ~rests)
             after = with_phase(freed, number, FREE)
-            opened = jnp.where(rests, _opening(place, number, y.q), 0.0)
+            opened = jnp.where(rests, _lifted(place, number, y.q), 0.0)
             return y._replace(q=y.q + opened, v=y.v + change), after
 
         def tail(t: Scalar, y: MechanicalState, mode: Phases) -> Tail:
@@ -193,6 +195,18 @@ class MechanicalSystem(HybridSystem):
             return Tail(holds & (duration <= self.longest_sum), duration, end, closed)
 
         return Transition(guard, jump, tail)
+
+    def _opening(self, number: int, t: Scalar, y: MechanicalState, mode: Phases) -> Scalar:
+        """Rate of a gap a moment after its release, when it exceeds what is due to rounding.
+
+        At the release rate and acceleration are zero, and their signs those of rounding.
+        """
+        wait = self.longest_sum.astype(t.dtype)
+        soon = jax.tree.map(lambda x, dx: x + wait * dx, y, self.flow(t, y, mode))
+        pull = -motion(self.mechanism, t + wait, soon, mode).push[number]
+        compliance = geometry(self.mechanism, y).compliance[number, number]
+        rate = pull * compliance * wait / 2 * _MOMENT**2
+        return jax.lax.stop_gradient(jnp.maximum(rate, 0.0))
 
     def _at_all_places(self, series: AtContacts) -> Mask:
         """False for frictions, beside contacts."""
@@ -259,7 +273,7 @@ class MechanicalSystem(HybridSystem):
         return Transition(guard, jump)
 
 
-def _opening(place: Geometry, number: int, q: Coordinates) -> Coordinates:
+def _lifted(place: Geometry, number: int, q: Coordinates) -> Coordinates:
     """Displacement of the size of rounding that makes the gap of a contact positive.
 
     A contact that has rested may be closed by a rounding, and its fall would be no impact.
