@@ -110,6 +110,8 @@ from impactjax._mechanics.mechanism import AbstractMechanism as AbstractMechanis
 from impactjax._mechanics.mechanism import Contact as Contact
 from impactjax._mechanics.mechanism import Friction as Friction
 from impactjax._mechanics.motion import MechanicalState as MechanicalState
+from impactjax._model.base_motion import AbstractBaseMotion as AbstractBaseMotion
+from impactjax._model.base_motion import Chirp as Chirp
 from impactjax._model.base_motion import HarmonicMotion as HarmonicMotion
 from impactjax._model.bouncing_ball import BouncingBall as BouncingBall
 from impactjax._model.equilibrium import AbstractEquilibrium as AbstractEquilibrium

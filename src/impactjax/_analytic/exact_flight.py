@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 
 from impactjax._analytic.flight import AbstractFlight
-from impactjax._model.base_motion import HarmonicMotion
+from impactjax._model.base_motion import AbstractBaseMotion
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._model.oscillator import AbstractOscillator
@@ -46,7 +46,7 @@ class ExactFlight(AbstractFlight):
 
     def speed(self, oscillator: AbstractOscillator, peak: Coordinate, direction: Ratio) -> Speed:
         for part in ImpactOscillator(oscillator).parts().values():
-            if isinstance(part, HarmonicMotion):
+            if isinstance(part, AbstractBaseMotion):
                 raise ValueError("Argument `oscillator` must stand on a base at rest.")
         return _speed(oscillator, as_parameter(self.gap), peak, direction, self.tolerance)
 

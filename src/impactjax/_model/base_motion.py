@@ -1,5 +1,6 @@
 """Motion of the base on which an oscillator and its stops stand."""
 
+import abc
 import dataclasses
 from typing import TypeVar
 
@@ -15,16 +16,35 @@ from impactjax._parameter import (
 )
 from impactjax._refusal import of_kind
 from impactjax._shown import with_numbers
-from impactjax._types import AngularFrequency, Length, Ratio, Time
+from impactjax._types import (
+    Acceleration,
+    AngularAcceleration,
+    AngularFrequency,
+    Length,
+    Ratio,
+    Time,
+)
 
 Own = TypeVar("Own", bound=AbstractOscillator)
 
 
-class HarmonicMotion(eqx.Module):
-    """Harmonic motion of the base and the stops: amplitude · sin(frequency t + phase).
+class AbstractBaseMotion(eqx.Module):
+    """Motion of the base and the stops.
 
     The oscillator's coordinate is relative to the moving base. In this frame the motion acts as a
-    force of inertia, amplitude · frequency² sin(frequency t + phase) per unit of mass.
+    force of inertia, minus the acceleration of the base, per unit of mass. A motion of your own
+    needs this one method; a default step is a Taylor step if it is analytic.
+    """
+
+    @abc.abstractmethod
+    def inertia(self, t: Time) -> Acceleration:
+        """Force of inertia per unit of mass [m/s²], in the direction of the motion."""
+
+
+class HarmonicMotion(AbstractBaseMotion):
+    """Harmonic motion of the base and the stops: amplitude · sin(frequency t + phase).
+
+    Its force of inertia is amplitude · frequency² sin(frequency t + phase) per unit of mass.
 
     Source: Carter (2005), 2.10, whose text has a cosine where its equation has a sine.
 
@@ -45,8 +65,7 @@ class HarmonicMotion(eqx.Module):
         converter=as_parameter, metadata=parameter("rad", known=True), default=0.0
     )
 
-    def inertia(self, t: Time) -> Length:
-        """Force of inertia per unit of mass [m/s²], in the direction of the motion."""
+    def inertia(self, t: Time) -> Acceleration:
         return self.amplitude * self.frequency**2 * jnp.sin(self.frequency * t + self.phase)
 
     def __check_init__(self) -> None:
@@ -55,7 +74,46 @@ class HarmonicMotion(eqx.Module):
     __repr__ = with_numbers
 
 
-as_base = of_kind("base", HarmonicMotion, "HarmonicMotion(0.003, 6.3)", optional=True)
+class Chirp(AbstractBaseMotion):
+    """Motion of the base and the stops whose frequency changes at a constant rate:
+    amplitude · sin ψ with ψ = frequency t + rate t² / 2 + phase. Its frequency is ψ′.
+
+    Its force of inertia is amplitude · (ψ′² sin ψ − rate cos ψ) per unit of mass.
+
+    **Arguments:**
+
+    - `amplitude`: A [m].
+    - `frequency`: Ω at the time 0 [rad/s].
+    - `rate`: change of the frequency in a second [rad/s²]; (Ω₁ − Ω₀) / T for a sweep from Ω₀ to Ω₁
+      in the time T.
+    - `phase`: φ [rad].
+    """
+
+    amplitude: Length = eqx.field(
+        converter=as_parameter, metadata=parameter("m", at_least=0, known=True)
+    )
+    frequency: AngularFrequency = eqx.field(
+        converter=as_parameter, metadata=parameter("rad/s", known=True)
+    )
+    rate: AngularAcceleration = eqx.field(
+        converter=as_parameter, metadata=parameter("rad/s²", known=True)
+    )
+    phase: Ratio = eqx.field(
+        converter=as_parameter, metadata=parameter("rad", known=True), default=0.0
+    )
+
+    def inertia(self, t: Time) -> Acceleration:
+        now = self.frequency + self.rate * t
+        angle = (self.frequency + self.rate * t / 2) * t + self.phase
+        return self.amplitude * (now**2 * jnp.sin(angle) - self.rate * jnp.cos(angle))
+
+    def __check_init__(self) -> None:
+        raise_if_violated(self, range_requirements(self))
+
+    __repr__ = with_numbers
+
+
+as_base = of_kind("base", AbstractBaseMotion, "HarmonicMotion(0.003, 6.3)", optional=True)
 """Converter that lets only a motion of the base through, or `None`."""
 
 

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._model.base_motion import HarmonicMotion, as_base
+from impactjax._model.base_motion import AbstractBaseMotion, as_base
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._model.oscillator import AbstractOscillator, Heights, Places
 from impactjax._parameter import as_optional_parameter, as_parameter, parameter
@@ -55,7 +55,7 @@ class BouncingBall(AbstractOscillator):
         default=None,
         kw_only=True,
     )
-    base: HarmonicMotion | None = eqx.field(converter=as_base, default=None, kw_only=True)
+    base: AbstractBaseMotion | None = eqx.field(converter=as_base, default=None, kw_only=True)
 
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate

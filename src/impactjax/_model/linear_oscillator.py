@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._model.base_motion import HarmonicMotion, as_base
+from impactjax._model.base_motion import AbstractBaseMotion, as_base
 from impactjax._model.oscillator import Heights
 from impactjax._model.swing import AbstractSwing
 from impactjax._parameter import as_optional_parameter, as_parameter, parameter
@@ -52,7 +52,7 @@ class LinearOscillator(AbstractSwing):
         default=None,
         kw_only=True,
     )
-    base: HarmonicMotion | None = eqx.field(converter=as_base, default=None, kw_only=True)
+    base: AbstractBaseMotion | None = eqx.field(converter=as_base, default=None, kw_only=True)
 
     def acceleration(
         self, t: Time, position: Coordinate, velocity: CoordinateRate

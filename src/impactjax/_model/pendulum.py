@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy import special
 
-from impactjax._model.base_motion import HarmonicMotion, as_base
+from impactjax._model.base_motion import AbstractBaseMotion, as_base
 from impactjax._model.equilibrium import AbstractEquilibrium, Hanging
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._model.oscillator import Heights, Places
@@ -70,7 +70,7 @@ class Pendulum(AbstractSwing):
         default=None,
         kw_only=True,
     )
-    base: HarmonicMotion | None = eqx.field(converter=as_base, default=None, kw_only=True)
+    base: AbstractBaseMotion | None = eqx.field(converter=as_base, default=None, kw_only=True)
     equilibrium: AbstractEquilibrium = eqx.field(default=Hanging(), kw_only=True)
 
     def acceleration(
