@@ -174,7 +174,6 @@ def test_learn_with_adam_agrees_with_scipy():
         np.testing.assert_allclose(one.rms, rms, rtol=1e-3)
 
 
-@thorough
 def test_band_of_named_law_follows_from_covariance():
     one = jax.tree.map(lambda x: x[0], named())
     _, covariance, _ = by_scipy("linear")
@@ -264,7 +263,6 @@ def test_learn_with_many_weights_agrees_with_scipy():
     np.testing.assert_allclose(band, errors[0], rtol=0.15)  # correlation is allowed for
 
 
-@thorough
 def test_learn_reuses_its_program():
     before = of_many_weights()
     Mean.traces.clear()
