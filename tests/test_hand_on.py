@@ -7,7 +7,7 @@ import pytest
 
 import impactjax as ij
 from laws import LAWS, MASS
-from tiers import mostly_thorough
+from tiers import mostly_thorough, thorough
 
 END, CUTS = 20.0, 997
 STEPS = 8192
@@ -75,7 +75,8 @@ def test_cuts_until_rest(make, name):
     assert_same(make(LAWS[name].law), ij.InitialState(0.5), edges)
 
 
-@pytest.mark.parametrize("name", mostly_thorough(LAWS, "maxwell"))
+@thorough
+@pytest.mark.parametrize("name", LAWS)
 def test_derivatives_across_a_cut(name):
     """Two cuts before the first impact, one in the contact, if it takes time, and one after it."""
     make, values = LAWS[name]
@@ -112,6 +113,7 @@ def test_start_and_end_of_a_run():
     np.testing.assert_array_equal(end, 0.0)
 
 
+@thorough
 def test_factors_of_a_later_run_are_those_of_its_own_impacts():
     model, ts = forced(LAWS["restitution"].law), jnp.linspace(0.7, 1.4, 8)
     factors = jnp.linspace(0.9, 1.1, 12)

@@ -51,7 +51,7 @@ def check_order(t0: AnyArray, ts: AnyArray) -> None:
         )
     if times[0] > times[1]:
         raise ValueError(
-            f"Argument `ts` must not begin before the start, but {times[1]} < {times[0]}."
+            f"Argument `ts` must not begin before the start, but {times[1]} < t0 = {times[0]}."
         )
 
 
