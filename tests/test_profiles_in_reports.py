@@ -1,5 +1,7 @@
 """Profiles in reports and in the command `identifiability`."""
 
+import json
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -39,6 +41,14 @@ def test_profiles_of_a_line_are_parabolas():
     told = profile_rows(estimate)
     assert [row.split(":")[0] for row in told] == ["Profiles, 95 %", "  x0", "  x_dot0"]
     assert all(row.endswith("(bounded)") for row in told[1:])
+
+
+def test_profiles_are_written_if_asked(tmp_path):
+    straight = ij.Comparison("line", (ij.Fitted("a", line()[1], 0.0),))
+    for asked in (False, True):
+        path, _ = ij.io.write_report(tmp_path, straight, profiles=asked, force=True)
+        (found,) = json.loads(path.read_text())["fits"]
+        assert bool(found["profiles"]) == asked
 
 
 def test_fit_without_profile_has_none():

@@ -35,6 +35,8 @@ _HOLDOUT_HELP = "Share of the record, at its end, that is not fitted but predict
 _TOGETHER_HELP = "The recordings are repeats of one experiment: means, and scatter between them."
 _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be given several times."
 
+_PROFILES_HELP = "Add profile likelihoods of the best fit to the files in DIR."
+
 
 def fit_command(
     recordings: Recordings,
@@ -54,6 +56,7 @@ def fit_command(
         typer.Option("--holdout", metavar="SHARE", min=0.0, max=0.9, help=_HOLDOUT_HELP),
     ] = 0.0,
     together: Annotated[bool, typer.Option("--together", help=_TOGETHER_HELP)] = False,
+    profiles: Annotated[bool, typer.Option("--profiles", help=_PROFILES_HELP)] = False,
     seed: Annotated[
         int, typer.Option("--seed", metavar="N", min=0, max=2**32 - 1, help=_SEED_HELP)
     ] = 0,
@@ -81,6 +84,8 @@ def fit_command(
         surveys = [surveyed(path, sidecar, oscillator, laws, said) for path in once]
         if together and len(once) < 2:
             raise Refusal("--together needs at least two recordings.")
+        if profiles and out is None:
+            raise Refusal("--profiles needs --out.")
         targets = _targets(out, force)
         made = [prepared_for(found, said) for found in surveys]
         for found in surveys:
@@ -90,7 +95,7 @@ def fit_command(
     texts: tuple[str, ...] = ()
     if targets:  # computed before anything is written or printed
         command = shlex.join(["impactjax", *sys.argv[1:]])
-        texts = report_texts(comparisons, command, repeats)
+        texts = report_texts(comparisons, command, repeats, profiles)
     for comparison, found in zip(comparisons, surveys, strict=True):
         print_fits(comparison, found.notes)
     if repeats is not None:

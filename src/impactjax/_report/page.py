@@ -56,7 +56,7 @@ def page(
         "page.html",
         title=title,
         repeats=None if repeats is None else repeats_section(repeats),
-        sections=[_section(each, curves.get(each.name, {})) for each in comparisons],
+        sections=[_section(each, curves.get(each.name)) for each in comparisons],
         command=command,
         seed=comparisons[0].seed,
         clear=f"{CLEAR:g}",
@@ -64,7 +64,7 @@ def page(
     )
 
 
-def _section(comparison: Comparison, curves: Curves) -> dict[str, Any]:
+def _section(comparison: Comparison, curves: Curves | None) -> dict[str, Any]:
     name, fits, best = comparison.name, comparison.fits, comparison.best
     estimate, law = best.estimate, best.name
     told = identifiability(estimate)
@@ -89,8 +89,8 @@ def _section(comparison: Comparison, curves: Curves) -> dict[str, Any]:
             for each, rows in zip(fits, parameter_rows(fits), strict=True)
             if was_simulated(each.estimate)
         ],
-        "profiles": curve_pictures(name, best, curves),
-        "no_profiles": "" if estimate.scatter is None else NO_CURVES,
+        "profiles": curve_pictures(name, best, curves or {}),
+        "no_profiles": "" if curves is None or estimate.scatter is None else NO_CURVES,
         "coupling": coupling(told),
         "couplings": _coupling_pictures(name, best),
         "impacts": impacts,

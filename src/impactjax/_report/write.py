@@ -22,6 +22,7 @@ def write_report(
     results: Comparison | Sequence[Comparison] | Repeatability,
     *,
     command: str = "impactjax.io.write_report",
+    profiles: bool = False,
     force: bool = False,
 ) -> tuple[Path, ...]:
     """Writes `fit.json` and `report.html` for results of `compare` or `repeatability`, and returns
@@ -35,6 +36,7 @@ def write_report(
     - `results`: the comparison of one recording, those of several, or the result of
       `repeatability`, whose means come first.
     - `command`: command to quote in the report.
+    - `profiles`: true for profile likelihoods of the best fit, which take a few seconds.
     - `force`: true to overwrite files.
 
     **Raises** `FileExistsError` for files that exist, unless `force`, `TypeError` for other
@@ -44,7 +46,7 @@ def write_report(
     several = _comparisons(results)
     targets = report_files(Path(folder))
     check_absent(targets, force)
-    texts = report_texts(several, command, repeats)
+    texts = report_texts(several, command, repeats, profiles)
     Path(folder).mkdir(parents=True, exist_ok=True)
     write_texts(targets, texts, force)
     return targets
@@ -81,10 +83,13 @@ def check_absent(targets: Sequence[Path], force: bool) -> None:
 
 
 def report_texts(
-    comparisons: Sequence[Comparison], command: str, repeats: Repeatability | None = None
+    comparisons: Sequence[Comparison],
+    command: str,
+    repeats: Repeatability | None = None,
+    profiles: bool = False,
 ) -> tuple[str, ...]:
-    """The content of each file of a report."""
-    curves = best_curves(comparisons)
+    """The content of each file of a report, with or without profiles of the best fits."""
+    curves = best_curves(comparisons) if profiles else {}
     content = json.dumps(document(comparisons, repeats, curves), indent=2)
     return f"{content}\n", page(comparisons, command, repeats, curves)
 
