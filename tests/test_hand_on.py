@@ -136,3 +136,10 @@ def test_refusals():
         ij.simulate(model, final, [0.6], step=ij.RungeKutta())
     with pytest.raises(ValueError, match="before"):
         ij.simulate(model, final, [0.1])
+    rigid, soft = (forced(LAWS[name].law) for name in ("restitution", "kelvin-voigt"))
+    rests = ij.simulate(rigid, ij.InitialState(0.3), [0.5], t0=0.0).final
+    with pytest.raises(ValueError, match="from a run of another kind"):
+        ij.simulate(soft, rests, [0.6])
+    several = jax.tree.map(lambda leaf: jnp.stack([leaf, leaf]), final)
+    with pytest.raises(ValueError, match="holds several states"):
+        ij.simulate(model, several, [0.6])

@@ -1,5 +1,6 @@
 """The verb `follow`: orbit and parameter → branch."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -7,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from impactjax._refusal import check_kind, whole
+from impactjax._refusal import check_kind, check_number, whole
 from impactjax._response.branch import Branch, Visited, branch_of
 from impactjax._response.linear import Linear, Vector, linearised
 from impactjax._response.locate import LostError, specials_between
@@ -56,7 +57,7 @@ def follow(
     check_kind("orbit", orbit, Orbit, "periodic_orbit(system, start, period)")
     if orbit.result != RESULTS.successful:
         raise ValueError(f"Argument `orbit` was not found: {RESULTS[orbit.result]}")
-    low, high = (float(end) for end in between)
+    low, high = _range(between)
     linear = _along(orbit.linear, where)
     value = float(linear.unknowns[-1])
     if not low <= value <= high or low == high:
@@ -64,8 +65,9 @@ def follow(
             f"Argument `between` must be a range around the value of the parameter, {value}, but "
             f"it is {low} to {high}."
         )
-    if not longest > 0:
-        raise ValueError(f"Argument `longest` must be positive, but it is {longest}.")
+    check_number("longest", longest)
+    if not 0 < longest < np.inf:
+        raise ValueError(f"Argument `longest` must be positive and finite, but it is {longest}.")
     sizes = sizes_of(linear, high - low)
     count = whole("max_points", max_points)
     first = first_point(linear, sizes)
@@ -75,6 +77,16 @@ def follow(
     down = _walked(first.reversed(), sizes, (low, high), longest, count)
     visited = [*down.visited[::-1], Visited(first), *up.visited]
     return branch_of(visited, sizes, up.complete and down.complete)
+
+
+def _range(between: tuple[float, float]) -> tuple[float, float]:
+    """The two ends of a range, as floats."""
+    check_kind("between", between, Sequence, "(0.1, 0.2)")
+    for end in between:
+        check_number("between", end)
+    if len(between) != 2 or not np.all(np.isfinite(between)):
+        raise ValueError(f"Argument `between` must be two finite numbers, but it is {between}.")
+    return float(between[0]), float(between[1])
 
 
 def _along(linear: Linear, where: Where) -> Linear:

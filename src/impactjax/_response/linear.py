@@ -149,7 +149,7 @@ def _assembled(
 def failure(linear: Linear) -> RESULTS | None:
     """The failure of a segment's flow, if there is one."""
     for number in range(linear.cycle.segments):
-        own = jax.tree.map(lambda leaf, number=number: leaf[number], linear.pieces.result)
+        own = jax.tree.map(lambda leaf, n=number: jnp.asarray(leaf[n]), linear.pieces.result)
         if own != RESULTS.successful:
             return own
     return None

@@ -35,7 +35,9 @@ def specials_between(
 
     def zero(kind: Kind, number: int) -> float:
         def value(at: float) -> float:
-            return float(values_at(on_branch(at), sizes, between)[kind][number])
+            known = {0.0: before, length: after}.get(at)
+            values = known or values_at(on_branch(at), sizes, between)
+            return float(values[kind][number])
 
         found = optimize.brentq(value, 0.0, length, xtol=_EXACT * length, rtol=_EXACT)
         return float(np.asarray(found))

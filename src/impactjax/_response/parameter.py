@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import PyTree
 
 from impactjax._hybrid.system import HybridSystem
+from impactjax._refusal import check_function
 from impactjax._types import Scalar
 
 Where: TypeAlias = Callable[[Any], PyTree]  # of a system of the caller's class
@@ -19,15 +20,24 @@ def place_of(system: HybridSystem, where: Where) -> int:
 
     **Raises** `ValueError` if that is not one real number.
     """
+    check_function("where", where)
     leaves, structure = jax.tree.flatten(system)
-    chosen = jax.tree.leaves(where(jax.tree.unflatten(structure, range(len(leaves)))))
-    selects = len(chosen) == 1 and isinstance(chosen[0], int)
-    if not (selects and eqx.is_inexact_array(leaves[chosen[0]]) and leaves[chosen[0]].ndim == 0):
-        raise ValueError(
-            "Argument `where` must select one real number of the system, such as "
-            "`lambda system: system.amplitude`."
-        )
-    return chosen[0]
+    marks = [object() for _ in leaves]  # with which nothing can be computed
+    refusal = ValueError(
+        "Argument `where` must select one real number of the system, such as "
+        "`lambda system: system.amplitude`."
+    )
+    try:
+        chosen = jax.tree.leaves(where(jax.tree.unflatten(structure, marks)))
+    except TypeError as error:
+        raise refusal from error
+    found = [number for number, mark in enumerate(marks) if any(mark is each for each in chosen)]
+    if len(chosen) != 1 or len(found) != 1:
+        raise refusal
+    leaf = leaves[found[0]]
+    if not (eqx.is_inexact_array(leaf) and leaf.ndim == 0):
+        raise refusal
+    return found[0]
 
 
 def with_value(system: HybridSystem, place: int, value: Scalar) -> HybridSystem:

@@ -10,6 +10,7 @@ from jaxtyping import Array, ArrayLike
 from impactjax._hybrid.arguments import as_number
 from impactjax._hybrid.system import HybridSystem
 from impactjax._known import is_known
+from impactjax._refusal import returned_number
 
 Force: TypeAlias = Callable[[Any], ArrayLike]  # of a system of the caller's class
 Period: TypeAlias = ArrayLike | Force
@@ -32,7 +33,7 @@ def as_function(period: Period, system: HybridSystem) -> Force:
     """
     if not callable(period):
         period = Fixed(jnp.asarray(as_number("period", period), float))
-    value = as_number("period", jnp.asarray(period(system)))
+    value = as_number("period", returned_number("period", period(system)))
     if is_known(value) and not (jnp.isfinite(value) & (value > 0)):
         raise ValueError(f"Argument `period` must be positive and finite, but it is {value}.")
     return period

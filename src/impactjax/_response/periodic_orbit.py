@@ -4,7 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike
+from jaxtyping import Array, ArrayLike
 
 from impactjax._hybrid.arguments import as_tolerance
 from impactjax._hybrid.ends import as_scale, as_start, flow_step, with_arrays
@@ -27,6 +27,8 @@ from impactjax._results import RESULTS
 
 _TOLERANCE = 1e-12
 _SAME_TIME = 8.0  # units in the last place
+_SAME_RATE = 1e-6  # relative difference of rates that are the same
+_SHARES = (0.0, 0.37)  # of a period, at which rates are compared
 
 
 def periodic_orbit(
@@ -60,7 +62,8 @@ def periodic_orbit(
     - `max_steps`: largest number of steps in a period, and between two events.
     - `max_events`: largest number of events in a period.
 
-    **Raises** `ValueError` in single precision, for a period that is not positive, for a motion
+    **Raises** `ValueError` in single precision, for a period that is not positive or not that of
+    the system, for a motion
     that cannot be followed, and as `solve` does; `TypeError` for arguments of the wrong type.
     """
     check_kind("system", system, HybridSystem, "Ball(gravity, restitution)")
@@ -74,6 +77,7 @@ def periodic_orbit(
     force = as_function(period, own)
     duration = multiple * jnp.asarray(force(own), dtype)
     begun = as_start(Start(start.t, start.y, start.mode), dtype)
+    _check_repeats(own, begun, duration / multiple)
 
     def followed(start: Start) -> Solution:
         run = solve(
@@ -110,6 +114,22 @@ def periodic_orbit(
     sizes = sizes_of(linear, 1.0)
     found = solved(linear, sizes, fixed_parameter(linear.unknowns, sizes))
     return orbit_of(found.linear, sizes, found.converged)
+
+
+def _check_repeats(system: HybridSystem, start: Start, period: Array) -> None:
+    """Raises `ValueError` if the rates at the start are not the same a period later."""
+
+    @eqx.filter_jit
+    def rates(system: HybridSystem, start: Start, t: Array) -> Array:
+        return packed(system.flow(t, start.y, start.mode))
+
+    for share in _SHARES:
+        t = jnp.asarray(start.t + share * period)
+        now, later = rates(system, start, t), rates(system, start, t + period)
+        if not np.all(np.abs(later - now) <= _SAME_RATE * np.max(np.abs(now), initial=1e-300)):
+            raise ValueError(
+                f"Argument `period` is not that of the system: rates change within {period}."
+            )
 
 
 def _typed(system: HybridSystem) -> HybridSystem:

@@ -92,7 +92,9 @@ def flown(
             y = step.evaluate(free, point.y, mode, expansion, s, zero)
             return watched.guard_values(point.t + s, y, mode)
 
-        least = jnp.minimum(carry.least, _least_minimum(guards, h))
+        least = carry.least
+        if watched.count():
+            least = jnp.minimum(least, _least_minimum(guards, h))
         steps = carry.steps + 1
         result = RESULTS.where(steps < max_steps, RESULTS.successful, RESULTS.max_steps_reached)
         result = RESULTS.where(last, RESULTS.successful, result)

@@ -58,7 +58,9 @@ def check_start(
                 "Argument `t0` must be left out in a run that goes on from another: it begins "
                 "where that one has ended."
             )
-        return as_number("initial.point.t", initial.point.t)
+        if jnp.shape(initial.point.t):
+            raise ValueError("Argument `initial` holds several states: use `jax.vmap`.")
+        return real("initial.point.t", initial.point.t)
     check_kind("initial", initial, InitialState, "InitialState(0.78)")
     for name, value in (("position", initial.position), ("velocity", initial.velocity)):
         if jnp.shape(value):

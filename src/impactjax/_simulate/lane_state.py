@@ -1,7 +1,8 @@
 """State of a lane: what the next step, or the next run, needs to go on."""
 
-from typing import NamedTuple
+from collections.abc import Hashable
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import PyTree
@@ -17,7 +18,7 @@ from impactjax._simulate.step import AbstractStep, Point
 from impactjax._types import Scalar
 
 
-class LaneState(NamedTuple):
+class LaneState(eqx.Module):
     """State of a lane, from which a later run goes on as if there had been no cut.
 
     No step is cut at the end of a run. The state is therefore that at the start of the last step,
@@ -30,6 +31,7 @@ class LaneState(NamedTuple):
     - `motion`: the largest so far: how far from zero, or how long a way, of the coordinate.
     - `speed`: the largest so far, in units of the coordinate.
     - `memory`: the step's own.
+    - `kind`: structure of the model: a later run needs one of the same.
     """
 
     point: Point
@@ -39,6 +41,7 @@ class LaneState(NamedTuple):
     motion: Scalar
     speed: Scalar
     memory: PyTree
+    kind: Hashable = eqx.field(static=True)
 
 
 def lane_state_at(
@@ -61,4 +64,5 @@ def lane_state_at(
         jnp.abs(y.position),
         jnp.abs(y.velocity),
         step.begin(jax.lax.stop_gradient(time_scale(free, t, y))),
+        jax.tree.structure(model),
     )

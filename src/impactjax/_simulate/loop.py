@@ -3,6 +3,7 @@
 It is never differentiated: see `replay.py`.
 """
 
+import dataclasses
 from functools import partial
 from typing import NamedTuple, TypeVar
 
@@ -102,9 +103,9 @@ def _begin(run: Run) -> Lane:
 
 
 def _attempt(step: AbstractStep, run: Run, lane: Lane) -> Outcome:
-    automaton, (point, _, begun, *_, memory) = Automaton(run.model), lane.state
-    longest = longest_step(automaton, point, begun, step, run.tolerance)
-    return step.attempt(automaton, point, longest, run.tolerance, memory)
+    automaton, state = Automaton(run.model), lane.state
+    longest = longest_step(automaton, state.point, state.begun, step, run.tolerance)
+    return step.attempt(automaton, state.point, longest, run.tolerance, state.memory)
 
 
 def _unless_chattering(run: Run, lane: Lane, outcome: Outcome) -> Outcome:
@@ -199,8 +200,9 @@ def _proceed(run: Run, lane: Lane, outcome: Outcome, arrival: _Arrival) -> tuple
         largest,
         fastest,
         outcome.memory,
+        before.kind,
     )
-    retried = before._replace(memory=outcome.memory)
+    retried = dataclasses.replace(before, memory=outcome.memory)
     still = _choose(lane.done | outcome.accepted, before, retried)
     row = Log(point.t, point.y, point.mode, outcome.h, outcome.y, outcome.event, taken)
     lane = Lane(

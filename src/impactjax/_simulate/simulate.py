@@ -1,5 +1,6 @@
 """The verb `simulate`: model → trajectory."""
 
+import dataclasses
 from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
@@ -167,7 +168,7 @@ def _simulate(
         lambda leaf: jnp.where(runs, leaf, jnp.ones_like(leaf)),
         (model, start.point.y, start.point.t, ts, factors),
     )
-    begin = start._replace(point=start.point._replace(t=t0, y=y0))
+    begin = dataclasses.replace(start, point=start.point._replace(t=t0, y=y0))
     run = jax.lax.stop_gradient(Run(model, begin, times[-1], tolerance, in_order, factors))
     record = record_steps(step, chatter, max_steps, run)
     path, final = differentiable_path(step, model, y0, t0, times[-1], factors, record)
@@ -189,7 +190,7 @@ def _simulate(
         rests=rests,
         nearest_miss=nearest_miss,
         magnification=magnified,
-        final=record.final._replace(point=end),
+        final=dataclasses.replace(record.final, point=end),
         result=RESULTS.where(runs, ended, verdict),
         stats=Stats(jnp.sum(record.log.taken, dtype=jnp.int32)),
     )
