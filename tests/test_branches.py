@@ -243,3 +243,13 @@ def test_branches_refuse_wrong_arguments(ladder):
         ij.doubled(orbit)
     with pytest.raises(ValueError, match="`period` must be positive"):
         ij.periodic_orbit(MODEL_V, REST, -1.0)
+
+
+def test_parameter_and_period_that_are_not_of_the_system_are_refused(ladder):
+    with pytest.raises(ValueError, match="`where` must select one real number"):
+        ij.follow(ladder.orbit(3), lambda system: 2 * system.amplitude, (0.3, 0.45))
+    with pytest.raises(ValueError, match="`between` must be two finite numbers"):
+        ij.follow(ladder.orbit(3), amplitude, (0.3, np.inf))
+    found = ladder.orbit(3)
+    with pytest.raises(ValueError, match="`period` is not that of the system"):
+        ij.periodic_orbit(found.system, found.start, 0.9 * found.period)

@@ -118,18 +118,19 @@ def periodic_orbit(
 
 def _check_repeats(system: HybridSystem, start: Start, period: Array) -> None:
     """Raises `ValueError` if the rates at the start are not the same a period later."""
-
-    @eqx.filter_jit
-    def rates(system: HybridSystem, start: Start, t: Array) -> Array:
-        return packed(system.flow(t, start.y, start.mode))
-
     for share in _SHARES:
         t = jnp.asarray(start.t + share * period)
-        now, later = rates(system, start, t), rates(system, start, t + period)
+        now, later = _rates(system, start, t), _rates(system, start, t + period)
         if not np.all(np.abs(later - now) <= _SAME_RATE * np.max(np.abs(now), initial=1e-300)):
             raise ValueError(
                 f"Argument `period` is not that of the system: rates change within {period}."
             )
+
+
+@eqx.filter_jit
+def _rates(system: HybridSystem, start: Start, t: Array) -> Array:
+    """Rates of a system at the state of a start, at any time."""
+    return packed(system.flow(t, start.y, start.mode))
 
 
 def _typed(system: HybridSystem) -> HybridSystem:
