@@ -10,7 +10,7 @@ from laws import LAWS, MASS
 from tiers import mostly_thorough, thorough
 
 END, CUTS = 20.0, 997
-STEPS = 8192
+STEPS = 65536
 
 
 def forced(law):
