@@ -121,7 +121,7 @@ MECHANISMS = {
 
 
 class Found(NamedTuple):
-    """What a run of the package gives.
+    """Outcome of a run of the package.
 
     - `total`: number of events.
     - `t`, `transition`, `before`, `after`: times, numbers and phases of the events.

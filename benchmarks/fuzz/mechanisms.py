@@ -68,7 +68,7 @@ class Errors(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What the comparison says: `right`, `wrong`, `ill-conditioned` or a failure."""
+    """Verdict of a comparison: `right`, `wrong`, `ill-conditioned` or a failure."""
 
     number: int
     said: str
