@@ -16,15 +16,12 @@ import wrong_fits
 import wrong_hybrid_systems
 from tiers import quick
 
-PROGRAMS = [
-    pytest.param(wrong_fits, id="fits", marks=quick),
-    pytest.param(wrong_hybrid_systems, id="hybrid systems", marks=quick),
-    pytest.param(wrong_experiments, id="experiments"),  # which need an estimate
-]
+TIERS = {wrong_fits: quick, wrong_hybrid_systems: quick, wrong_experiments: ()}  # need an estimate
+PROGRAMS = [pytest.param(each, id=each.__name__, marks=tier) for each, tier in TIERS.items()]
 CASES = [
-    pytest.param(each.values[0], case, id=f"{each.id}, {case}", marks=each.marks)
-    for each in PROGRAMS
-    for case in each.values[0].SENTENCES
+    pytest.param(each, case, id=f"{each.__name__}, {case}", marks=tier)
+    for each, tier in TIERS.items()
+    for case in each.SENTENCES
 ]
 
 END = """
