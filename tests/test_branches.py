@@ -237,6 +237,8 @@ def test_branches_refuse_wrong_arguments(ladder):
     orbit = ladder.orbit(10)
     with pytest.raises(ValueError, match="`between` must be a range around"):
         ij.follow(orbit, amplitude, (0.1, 0.2))
+    with pytest.raises(ValueError, match="`between` must be two finite numbers"):
+        ij.follow(orbit, amplitude, (0.3, np.inf))
     with pytest.raises(ValueError, match="`where` must select one real number"):
         ij.follow(orbit, lambda system: system, (0.1, 0.2))
     with pytest.raises(ValueError, match="must be the orbit of a period doubling"):
@@ -245,11 +247,7 @@ def test_branches_refuse_wrong_arguments(ladder):
         ij.periodic_orbit(MODEL_V, REST, -1.0)
 
 
-def test_parameter_and_period_that_are_not_of_the_system_are_refused(ladder):
-    with pytest.raises(ValueError, match="`where` must select one real number"):
-        ij.follow(ladder.orbit(3), lambda system: 2 * system.amplitude, (0.3, 0.45))
-    with pytest.raises(ValueError, match="`between` must be two finite numbers"):
-        ij.follow(ladder.orbit(3), amplitude, (0.3, np.inf))
-    found = ladder.orbit(3)
+def test_period_that_is_not_of_the_system_is_refused(ladder):
+    orbit = ladder.orbit(3)
     with pytest.raises(ValueError, match="`period` is not that of the system"):
-        ij.periodic_orbit(found.system, found.start, 0.9 * found.period)
+        ij.periodic_orbit(orbit.system, orbit.start, 0.9 * orbit.period)

@@ -78,4 +78,4 @@ def test_diagram_over_an_orbit_of_two_periods(sweep):
     ],
 )
 def test_period_of_states(states, period):
-    assert period_of(jnp.asarray(states)[:, None], 1e-6) == period
+    assert period_of(jnp.asarray(states)[:, None], jnp.array(1e-6)) == period

@@ -14,9 +14,15 @@ import pytest
 import wrong_experiments
 import wrong_fits
 import wrong_hybrid_systems
+import wrong_responses
 from tiers import quick
 
-TIERS = {wrong_fits: quick, wrong_hybrid_systems: quick, wrong_experiments: ()}  # need an estimate
+TIERS = {
+    wrong_fits: quick,
+    wrong_hybrid_systems: quick,
+    wrong_responses: quick,
+    wrong_experiments: (),  # which need an estimate
+}
 PROGRAMS = [pytest.param(each, id=each.__name__, marks=tier) for each, tier in TIERS.items()]
 CASES = [
     pytest.param(each, case, id=f"{each.__name__}, {case}", marks=tier)

@@ -136,18 +136,20 @@ def diagram(
 
     run = Sampler(own, force, tolerance, step, place, keep, skip)
     swept = jnp.atleast_1d(jnp.asarray(real("values", values), dtype))
-    found = _swept(sweep, run, begun, swept)
-    rows = jax.vmap(jax.vmap(packed))(found.after)
-    repeat = jax.vmap(lambda states: period_of(states, repeats))(rows)
-    return Diagram(swept, found.after, repeat, found.result)
+    return _swept(sweep, run, begun, swept, jnp.asarray(repeats, dtype))
 
 
 @eqx.filter_jit
-def _swept(sweep: AbstractSweep, run: Sampler, start: Start, values: Array) -> Section:
-    return sweep.sections(run, start, values)
+def _swept(
+    sweep: AbstractSweep, run: Sampler, start: Start, values: Array, repeats: Scalar
+) -> Diagram:
+    found = sweep.sections(run, start, values)
+    rows = jax.vmap(jax.vmap(packed))(found.after)
+    period = jax.vmap(lambda states: period_of(states, repeats))(rows)
+    return Diagram(values, found.after, period, found.result)
 
 
-def period_of(states: Float[Array, "keep numbers"], repeats: float) -> Code:
+def period_of(states: Float[Array, "keep numbers"], repeats: Scalar) -> Code:
     """The least number of rows after which rows repeat, at most half of them; 0 if they do not."""
     count = states.shape[0]
     size = jnp.max(jnp.abs(states), axis=0)
