@@ -79,22 +79,24 @@ def test_cuts_until_rest(make, name):
 
 
 @thorough
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", ["linear-restitution", "maxwell", "hunt-crossley"])
 def test_derivatives_across_a_cut(name):
     """Two cuts before the first impact, one in the contact, if it takes time, and one after it."""
     make, values = LAWS[name]
 
     def told(parameters, cut):
         model, start = forced(make(*parameters[1:])), ij.InitialState(parameters[0])
-        before = run(model, start, jnp.stack([cut]), 256)
-        after = run(model, before.final, jnp.array([0.6, 0.9]), 256)
-        whole = run(model, start, jnp.array([0.6, 0.9]), 256)
-        return (after.position, after.velocity), (whole.position, whole.velocity)
+        before = run(model, start, jnp.stack([cut]), 1024)
+        after = run(model, before.final, jnp.array([0.6, 0.9]), 1024)
+        whole = run(model, start, jnp.array([0.6, 0.9]), 1024)
+        ended = whole.result, after.result
+        return ((after.position, after.velocity), (whole.position, whole.velocity)), ended
 
     impact = ij.simulate(forced(make(*values)), ij.InitialState(0.3), [0.0, 0.6]).impacts.time[0]
     cuts = jnp.stack([0.3 * impact, 0.9 * impact, impact + 1e-4, impact + 0.1])
-    slopes = jax.jit(jax.vmap(jax.jacfwd(told), (None, 0)))
-    across, whole = slopes(jnp.array([0.3, *values]), cuts)
+    slopes = jax.jit(jax.vmap(jax.jacfwd(told, has_aux=True), (None, 0)))
+    (across, whole), ended = slopes(jnp.array([0.3, *values]), cuts)
+    assert all(np.all(each == ij.RESULTS.successful) for each in ended)
     for own, other in zip(across, whole, strict=True):
         scale = np.max(np.abs(other), axis=(0, 1))
         np.testing.assert_allclose(own / scale, other / scale, rtol=0, atol=1e-12)

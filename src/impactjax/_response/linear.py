@@ -79,11 +79,12 @@ class Linear(NamedTuple):
         slopes, rate = self.pieces.slopes, self.pieces.rate[0]
         size = rate.size
         change = np.vstack([np.zeros(size), np.eye(size)])  # of time and state
-        for own in slopes:
-            condition = own[-1]
-            by_start = -(condition[: size + 1] @ change) / condition[size + 1]
-            change = own[:-1, : size + 1] @ change + np.outer(own[:-1, size + 1], by_start)
-        return change[1:] - np.outer(rate, change[0])
+        with np.errstate(divide="ignore", invalid="ignore"):  # it is infinite where an orbit grazes
+            for own in slopes:
+                condition = own[-1]
+                by_start = -(condition[: size + 1] @ change) / condition[size + 1]
+                change = own[:-1, : size + 1] @ change + np.outer(own[:-1, size + 1], by_start)
+            return change[1:] - np.outer(rate, change[0])
 
     def multipliers(self) -> Complex[np.ndarray, " numbers"]:
         """Eigenvalues of the monodromy matrix, the largest first; NaN where it is infinite."""
