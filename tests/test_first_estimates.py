@@ -162,7 +162,7 @@ def test_first_look_keeps_other_oscillator_parameters():
     found = seen(values, ij.Angle(), pendulum).oscillator
     assert isinstance(found, ij.Pendulum)
     assert abs(float(found.omega_n) / 12 - 1) < 0.05
-    assert found.base is not None
+    assert isinstance(found.base, ij.HarmonicMotion)
     assert (float(found.base.amplitude), float(found.base.frequency)) == (0.01, 3.0)
     assert isinstance(found.equilibrium, ij.Inverted)
     assert found.length is pendulum.length

@@ -68,7 +68,7 @@ def test_sidecar_says_base_motion(tmp_path):
     experiment = prepared(tmp_path, sidecar).experiments["kelvin-voigt"]
     oscillator = experiment.model.oscillator
     assert isinstance(oscillator, ij.Pendulum)
-    assert oscillator.base is not None
+    assert isinstance(oscillator.base, ij.HarmonicMotion)
     assert float(oscillator.base.amplitude) == 1e-3
     assert {"amplitude", "frequency"} <= experiment.fixed.keys()
     assert experiment.free == ("phase", "offset", "drift", "cutoff")
