@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float, PyTree
 
 from impactjax._hybrid.system import State
+from impactjax._hybrid.varying import alike
 from impactjax._types import Scalar
 
 
@@ -42,6 +43,7 @@ def time_scale(flow: Callable[[Scalar, State], State], t: Scalar, y: State) -> S
     that is zero up to rounding gives a time that means nothing; 1 if there is none.
     """
     rate = flow(t, y)
+    t, y, rate = alike((t, y, rate), rate)
     _, bend = jax.jvp(flow, (t, y), (jnp.ones_like(t), rate))
     value, slope, second = packed(y), packed(rate), packed(bend)
     safe = jnp.where(second == 0, 1.0, second)
