@@ -10,11 +10,16 @@ Number = Float[Array, "..."]
 
 
 class ContactAlone(ij.AbstractForceLaw):
-    """A Kelvin-Voigt stop that also takes up the pull of a pendulum of length 1 m."""
+    """A Kelvin-Voigt stop that also takes up the pull ωn² sin θ and the drag 2 ζ ωn θ̇ of a pendulum
+    of length 1 m.
+    """
 
     omega0: Number = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("rad/s", above=0))
     gamma: Number = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("1", at_least=0))
-    pendulum: ij.Pendulum
+    pull: Number = eqx.field(
+        converter=ij.as_parameter, metadata=ij.parameter("rad^2/s^2", known=True)
+    )
+    drag: Number = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("1/s", known=True))
     separation: ij.AbstractSeparation = eqx.field(default=ij.AtZeroPenetration(), kw_only=True)
 
     def touch(self, speed: Number, mass: Number) -> tuple[()]:
@@ -25,9 +30,7 @@ class ContactAlone(ij.AbstractForceLaw):
         del internal
         angle = -penetration  # of a lower stop; the same sine as the pendulum's own
         spring = self.omega0 * (self.omega0 * penetration + 2 * self.gamma * rate)
-        free = self.pendulum.omega_n * (
-            2 * self.pendulum.zeta * rate - self.pendulum.omega_n * jnp.sin(angle)
-        )
+        free = self.drag * rate - self.pull * jnp.sin(angle)
         return mass * (spring - free)
 
     def internal_rate(

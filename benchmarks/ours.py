@@ -31,23 +31,21 @@ SWEEP_HOW = f"{RECORD_HOW}, lax.map of vmap over {SWEEP_TOGETHER}"
 BATCH_HOW = f"{HOW}, lax.map of vmap over {TOGETHER}"
 
 
-def model(
-    law: str, values: Array, forcing: tasks.Forcing = tasks.NO_FORCING
-) -> ij.ImpactOscillator:
-    """The pendulum of the tasks; the contact acts alone, as they define it."""
+def model(law: str, values: Array, alone: Array | None = None) -> ij.ImpactOscillator:
+    """The pendulum of the tasks; the contact acts alone, as they define it, of the pendulum with
+    the values `alone`, if they are given.
+    """
     omega_n, zeta, *rest = values
     if law == tasks.RESTITUTION:
         return ij.ImpactOscillator(ij.Pendulum(omega_n, zeta), ij.Stop(ij.Restitution(rest[0])))
-    pendulum = ij.Pendulum(omega_n, zeta, length=1.0, base=_base(forcing))
-    return ij.ImpactOscillator(
-        pendulum, ij.Stop(ContactAlone(rest[1], rest[0], ij.Pendulum(omega_n, zeta)))
-    )
+    pendulum = ij.Pendulum(omega_n, zeta, length=1.0)
+    contact = _contact(rest[1], rest[0], values if alone is None else alone)
+    return ij.ImpactOscillator(pendulum, contact)
 
 
-def _base(forcing: tasks.Forcing) -> ij.HarmonicMotion | None:
-    if forcing is tasks.NO_FORCING:
-        return None
-    return ij.HarmonicMotion(forcing.ratio, forcing.frequency)
+def _contact(omega0: Array, gamma: Array, alone: Array) -> ij.Stop:
+    omega_n, zeta, *_ = alone
+    return ij.Stop(ContactAlone(omega0, gamma, omega_n**2, 2 * zeta * omega_n))
 
 
 def angles(law: str, values: Array) -> Array:
@@ -110,9 +108,8 @@ def _driven(law: str, ratio: Array, frequency: Array, times: Array, steps: int) 
     values = jnp.asarray(tasks.parameters(law))
     omega_n, zeta, gamma, omega0, theta0 = values
     pendulum = ij.Pendulum(omega_n, zeta, length=1.0, base=ij.HarmonicMotion(ratio, frequency))
-    contact = ij.Stop(ContactAlone(omega0, gamma, ij.Pendulum(omega_n, zeta)))
     return ij.simulate(
-        ij.ImpactOscillator(pendulum, contact),
+        ij.ImpactOscillator(pendulum, _contact(omega0, gamma, values)),
         ij.InitialState(theta0),
         times,
         t0=0.0,
@@ -151,14 +148,14 @@ def t4_sweep(law: str) -> Prepared:
 
 def t5(law: str) -> Prepared:
     """The fit: the estimate, in the order of `tasks.NAMES` without the start angle."""
-    record = reference.record(law)
+    record, alone = reference.record(law), jnp.asarray(tasks.parameters(law))
 
     def estimate(start: Array, values: Array) -> Array:
         recording = ij.Recording(jnp.asarray(tasks.TIMES), values, ij.Angle())
         guess = jnp.append(start, tasks.VALUES["theta0"])
         fitted = ij.fit(
             ij.Experiment(
-                model(law, guess),
+                model(law, guess, alone),
                 recording,
                 ij.InitialState(tasks.VALUES["theta0"]),
                 fixed=("theta0", "theta_dot0"),

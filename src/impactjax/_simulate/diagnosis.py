@@ -60,9 +60,8 @@ def diagnose(
 
 def concluded(run: Run, motion: Scalar, speed: Scalar) -> RESULTS:
     """`successful`, or a warning, of a lane that has reached the end of its run."""
-    times = jnp.stack([run.start.point.t, run.t1])
-    eps = jnp.finfo(times.dtype).eps
-    coarse = eps * jnp.max(jnp.abs(times)) * speed > run.tolerance * motion
+    latest = jnp.maximum(jnp.abs(run.start.point.t), jnp.abs(run.t1))
+    coarse = jnp.finfo(latest.dtype).eps * latest * speed > run.tolerance * motion
     return RESULTS.where(coarse, RESULTS.time_too_coarse, RESULTS.successful)
 
 
