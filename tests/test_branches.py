@@ -1,5 +1,6 @@
 """Periodic orbits and their branches at closed forms."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -103,8 +104,8 @@ def test_fold_and_grazing_of_model_v(omega, first):
     (fold,) = special(found, "fold")
     speed = exact.fold()
     np.testing.assert_allclose(fold.parameter, exact.amplitude(speed), rtol=1e-12)
-    np.testing.assert_allclose(fold.orbit.events.before["v"], [float(speed)], rtol=1e-7)
-    np.testing.assert_allclose(fold.orbit.multipliers, exact.multipliers(speed), atol=1e-7)
+    np.testing.assert_allclose(fold.orbit.events.before["v"], [float(speed)], rtol=1e-10)
+    np.testing.assert_allclose(fold.orbit.multipliers, exact.multipliers(speed), atol=1e-10)
     assert not special(found, "period doubling")
     np.testing.assert_allclose(found.special[0].parameter, exact.amplitude(0), rtol=1e-12)
 
@@ -216,6 +217,24 @@ def test_grazing_of_the_linear_oscillator():
     grazing = ij.follow(orbit, lambda system: system.frequency, (0.4, 1.0)).special[-1]
     o = grazing.parameter
     np.testing.assert_allclose(np.hypot(1 - o**2, 0.1 * o), 0.2, rtol=1e-12)
+
+
+def test_square_root_beyond_a_grazing():
+    """Above the grazing, the impact speed on the oscillation a sin t is √(a² − 1)."""
+    excess = np.logspace(-8, -2, 13)
+
+    def impact(amplitude):
+        system, start = Below(amplitude, jnp.array(1.0)), ij.Start(0.0, (0.0, 10 * amplitude))
+        run = ij.solve(system, start, jnp.array([1.8]), tolerance=1e-13)
+        return run.events.before[1][0], run.events.after[1][0]
+
+    before, after = jax.jit(jax.vmap(impact))(0.1 * (1 + jnp.asarray(excess)))
+    speeds = np.sqrt(excess * (2 + excess))
+    np.testing.assert_allclose(before, speeds, rtol=1e-7)
+    np.testing.assert_allclose(after, -0.8 * speeds, rtol=1e-7)
+    exponents = np.diff(np.log(before)) / np.diff(np.log(excess))
+    np.testing.assert_allclose(exponents, 0.5, atol=2e-3)
+    np.testing.assert_allclose(exponents[:8], 0.5, atol=1e-4)
 
 
 @pytest.mark.parametrize(
