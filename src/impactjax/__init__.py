@@ -110,6 +110,7 @@ from impactjax._mechanics.mechanism import AbstractMechanism as AbstractMechanis
 from impactjax._mechanics.mechanism import Contact as Contact
 from impactjax._mechanics.mechanism import Friction as Friction
 from impactjax._mechanics.motion import MechanicalState as MechanicalState
+from impactjax._mechanics.oscillator_mechanism import OscillatorMechanism as OscillatorMechanism
 from impactjax._model.base_motion import AbstractBaseMotion as AbstractBaseMotion
 from impactjax._model.base_motion import Chirp as Chirp
 from impactjax._model.base_motion import HarmonicMotion as HarmonicMotion
