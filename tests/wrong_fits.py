@@ -55,7 +55,7 @@ cases = {
 
 SENTENCES = {
     "simulate initial": "TypeError: Argument `initial` must be an InitialState, such as "
-    "`InitialState(0.78)`, but it is 0.78 (float).",
+    "`InitialState(0.78)` or `trajectory.final`, but it is 0.78 (float).",
     "simulate model": "TypeError: Argument `model` must be an ImpactOscillator, such as ",
     "stop and law": "TypeError: Argument `lower` must be a Stop, such as `Stop(Restitution(0.7))`, "
     "but it is KelvinVoigt(omega0=600.0, gamma=0.2) (KelvinVoigt).",

@@ -37,6 +37,8 @@ cases = {
     "mode": lambda: ij.solve(ball, ij.Start(0.0, y, 0.5), ts),
     "times": lambda: ij.solve(ball, start, [0.2, 0.1]),
     "scale": lambda: ij.solve(ball, start, ts, scale={"x": 1.0}),
+    "negative scale": lambda: ij.solve(ball, start, ts, scale={"x": 1.0, "v": -1.0}),
+    "max_steps": lambda: ij.solve(ball, start, ts, max_steps=2**40),
     "structure": lambda: ij.solve(rates(ball, [1.0]), start, ts),
     "shape": lambda: ij.solve(rates(ball, {"x": jnp.ones(3), "v": 0.0}), start, ts),
     "transition": lambda: ij.solve(Ball(lambda t, y, mode: y["x"]), start, ts),
@@ -71,6 +73,10 @@ SENTENCES = {
     "transition": "TypeError: Argument `transitions` must be a Transition, such as ",
     "guard": "ValueError: The guard of transition 0 must be one number, but its shape is (2,).",
     "jump": "ValueError: `jump` gives a tree of the structure ",
+    "negative scale": "ValueError: Argument `scale` must hold sizes of at least 0, but it is "
+    "{'x': 1.0, 'v': -1.0}.",
+    "max_steps": "ValueError: Argument `max_steps` must be at most 2147483647, but it is "
+    "1099511627776.",
     "keep": "ValueError: Argument `keep` must be at least 1, but it is 0.",
     "skip": "ValueError: Argument `skip` must be at least 0, but it is -1.",
     "surface": "TypeError: Argument `surface` must be a Surface, such as `Every(period)`, but it ",

@@ -10,6 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+_LARGEST = np.iinfo(np.int32).max
+
 
 def check_kind(name: str, value: object, kind: type, example: str) -> None:
     """Raises `TypeError` if an argument does not have the required type.
@@ -69,7 +71,9 @@ def as_names(argument: str, given: Iterable[str]) -> tuple[str, ...]:
 
 
 def whole(name: str, value: int, least: int = 1) -> int:
-    """A whole number. Raises `TypeError` for anything else, and `ValueError` for a smaller one."""
+    """A whole number. Raises `TypeError` for anything else, and `ValueError` for one that is too
+    small or too large.
+    """
     try:
         number = operator.index(value)
     except TypeError:
@@ -78,6 +82,8 @@ def whole(name: str, value: int, least: int = 1) -> int:
         raise TypeError(f"Argument `{name}` must be a whole number, but it is {value!r}.")
     if number < least:
         raise ValueError(f"Argument `{name}` must be at least {least}, but it is {number}.")
+    if number > _LARGEST:
+        raise ValueError(f"Argument `{name}` must be at most {_LARGEST}, but it is {number}.")
     return number
 
 

@@ -15,7 +15,7 @@ from impactjax._hybrid.path import Path
 from impactjax._hybrid.sampled import last_taken
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import State
-from impactjax._known import AnyArray
+from impactjax._known import AnyArray, is_known
 from impactjax._refusal import check_kind
 
 T = TypeVar("T")
@@ -45,9 +45,17 @@ def _as_mode(leaf: ArrayLike) -> Array:
 
 
 def as_scale(scale: State | None, y: State, dtype: np.dtype) -> State:
-    """Sizes below which numbers need no accuracy; zeros if left out."""
+    """Sizes below which numbers need no accuracy; zeros if left out.
+
+    **Raises** `ValueError` for a size that is negative.
+    """
     like = jax.tree.map(lambda leaf: jnp.zeros(jnp.shape(leaf), dtype), y)
-    return like if scale is None else alike_in_shape("scale", scale, like)
+    if scale is None:
+        return like
+    sizes = alike_in_shape("scale", scale, like)
+    if is_known(sizes) and not all(np.all(leaf >= 0) for leaf in jax.tree.leaves(sizes)):
+        raise ValueError(f"Argument `scale` must hold sizes of at least 0, but it is {scale}.")
+    return sizes
 
 
 def flow_step(

@@ -61,7 +61,7 @@ def check_start(
         if jnp.shape(initial.point.t):
             raise ValueError("Argument `initial` holds several states: use `jax.vmap`.")
         return real("initial.point.t", initial.point.t)
-    check_kind("initial", initial, InitialState, "InitialState(0.78)")
+    check_kind("initial", initial, InitialState, "InitialState(0.78)` or `trajectory.final")
     for name, value in (("position", initial.position), ("velocity", initial.velocity)):
         if jnp.shape(value):
             raise ValueError(
