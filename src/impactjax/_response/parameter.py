@@ -1,21 +1,21 @@
 """Selection of one parameter of a system."""
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import PyTree
 
-from impactjax._hybrid.system import HybridSystem
 from impactjax._refusal import check_function
 from impactjax._types import Scalar
 
+System = TypeVar("System", bound=eqx.Module)
 Where: TypeAlias = Callable[[Any], PyTree]  # of a system of the caller's class
 
 
-def place_of(system: HybridSystem, where: Where) -> int:
+def place_of(system: eqx.Module, where: Where) -> int:
     """The index, among the leaves of a system of arrays, of the number that `where` selects.
 
     **Raises** `ValueError` if that is not one real number.
@@ -40,7 +40,7 @@ def place_of(system: HybridSystem, where: Where) -> int:
     return found[0]
 
 
-def with_value(system: HybridSystem, place: int, value: Scalar) -> HybridSystem:
+def with_value(system: System, place: int, value: Scalar) -> System:
     """The system with another number at a place."""
     leaves, structure = jax.tree.flatten(system)
     leaves[place] = jnp.asarray(value, leaves[place].dtype)

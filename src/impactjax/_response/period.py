@@ -8,7 +8,6 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike
 
 from impactjax._hybrid.arguments import as_number
-from impactjax._hybrid.system import HybridSystem
 from impactjax._known import is_known
 from impactjax._refusal import returned_number
 
@@ -21,12 +20,12 @@ class Fixed(eqx.Module):
 
     value: Array
 
-    def __call__(self, system: HybridSystem) -> Array:
+    def __call__(self, system: eqx.Module) -> Array:
         del system
         return self.value
 
 
-def as_function(period: Period, system: HybridSystem) -> Force:
+def as_function(period: Period, system: eqx.Module) -> Force:
     """A period as a function of the system.
 
     **Raises** `ValueError` for one that is not positive.

@@ -1,0 +1,75 @@
+"""Diagrams of impact oscillators: the samples of long runs of `simulate`."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import impactjax as ij
+from laws import LAWS
+from tiers import mostly_thorough
+
+KEEP, SKIP = 8, 21
+OWN = {"rigid": ij.Restitution(0.6), "memory": LAWS["maxwell"].law}
+
+
+def frequency(model):
+    return model.oscillator.base.frequency
+
+
+def period(model):
+    return 2 * np.pi / frequency(model)
+
+
+def forced(law, omega):
+    base = ij.HarmonicMotion(3e-3, omega)
+    pendulum = ij.Pendulum(13.47, zeta=0.0017, length=0.071, mass=0.1, base=base)
+    return ij.ImpactOscillator(pendulum, ij.Stop(law))
+
+
+def states_of(model, start):
+    """Position and velocity after the periods that a diagram keeps."""
+    omega = frequency(model)
+    numbers = np.arange(SKIP + 1.0, SKIP + KEEP + 1)
+    times = jnp.zeros(()) + 2 * np.pi / omega * numbers
+    run = ij.simulate(model, start, times, t0=0.0, max_steps=8192, max_impacts=2048)
+    return run.position, run.velocity
+
+
+@pytest.mark.parametrize("law", mostly_thorough(OWN, "rigid"))
+def test_states_are_those_of_one_run(law):
+    model, values = forced(OWN[law], 30.0), jnp.array([30.0, 55.0])
+    found = ij.diagram(model, ij.InitialState(0.3), period, frequency, values, keep=KEEP, skip=SKIP)
+    assert np.all(found.result == ij.RESULTS.successful)
+    for number, omega in enumerate(values):
+        position, velocity = states_of(forced(OWN[law], omega), ij.InitialState(0.3))
+        np.testing.assert_allclose(found.states["position"][number], position, atol=1e-12)
+        np.testing.assert_allclose(found.states["velocity"][number], velocity, atol=1e-10)
+
+
+def test_sweep_with_memory_goes_on_from_the_value_before():
+    model, values = forced(OWN["rigid"], 30.0), [30.0, 31.0]
+    found = ij.diagram(
+        model,
+        ij.InitialState(0.3),
+        period,
+        frequency,
+        values,
+        sweep=ij.WithMemory(),
+        keep=KEEP,
+        skip=24 - KEEP,  # a whole number of its portions, so that the last state kept is the end
+        tolerance=1e-11,
+    )
+    before = {name: column[0, -1] for name, column in found.states.items()}
+    start = ij.InitialState(before["position"], before["velocity"])
+    times = 2 * np.pi / 31.0 * np.arange(24 - KEEP + 1.0, 25)
+    model = forced(OWN["rigid"], 31.0)
+    own = ij.simulate(model, start, times, t0=0.0, tolerance=1e-11, max_steps=8192)
+    np.testing.assert_allclose(found.states["position"][1], own.position, rtol=0, atol=1e-7)
+
+
+def test_start_inside_a_stop_has_its_code():
+    model = eqx.tree_at(lambda m: m.lower.gap, forced(OWN["rigid"], 30.0), jnp.array(-0.5))
+    found = ij.diagram(model, ij.InitialState(0.3), period, frequency, [30.0], keep=2, skip=0)
+    assert np.all(found.result == ij.RESULTS.starts_inside_stop)
+    assert np.all(np.isnan(found.states["position"]))
