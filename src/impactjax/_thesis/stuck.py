@@ -1,0 +1,20 @@
+"""The thesis's own model of rest: a mass that has come to rest on the stop never leaves it."""
+
+import numpy as np
+
+import impactjax as ij
+
+
+def stuck_for_ever(motion: ij.Trajectory) -> np.ndarray:
+    """Angle of the thesis's model, from a motion of the same system with a rest that ends [rad].
+
+    Both are equal until the first infinite series of impacts has ended. The thesis's motion is at
+    rest from there on, "in effect a fixed point attractor", although the base still moves.
+    """
+    angle = np.asarray(motion.position)
+    return np.where(np.asarray(motion.ts) < stuck_from(motion), angle, 0.0)
+
+
+def stuck_from(motion: ij.Trajectory) -> float:
+    """Time at which the thesis's model comes to rest; infinite if it does not [s]."""
+    return float(motion.rests.begin[0]) if int(motion.rests.count) else np.inf

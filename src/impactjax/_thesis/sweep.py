@@ -1,0 +1,168 @@
+"""Figures 4.8 to 4.10: the frequency sweep, and the bifurcation diagrams of both laws."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+import impactjax as ij
+from impactjax._thesis.claim import Claim, judged
+from impactjax._thesis.constants import AT_4_HZ, AT_8_HZ, AT_10_HZ, AT_15_HZ, SWEEP
+from impactjax._thesis.drawing import OTHER, RIGID, SOFT, Made, named, panels
+from impactjax._thesis.motions import PERIODS, SAMPLES, against, happened, period, runs, strobe
+from impactjax._thesis.stuck import stuck_from
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_FREQUENCIES = np.linspace(3.0, 15.0, 384)  # [Hz]
+_REST = 0.02  # a contact that lasts longer is a rest on the stop [s]
+_CASES = (AT_4_HZ, AT_8_HZ, AT_10_HZ, AT_15_HZ)
+
+
+def amplitude(hertz: float | np.ndarray) -> np.ndarray:
+    """Amplitude of the base in the sweep [m]."""
+    return 10 ** np.polyval(SWEEP, hertz)
+
+
+def figure_4_8() -> Made:
+    """Relationship between forcing frequency and amplitude."""
+    drawn, (ax,) = panels(1, 1, 3.4)
+    ax.plot(_FREQUENCIES, 1e3 * amplitude(_FREQUENCIES), color=RIGID, label="the thesis's fit")
+    at = [each.omega / (2 * np.pi) for each in _CASES]
+    sizes = [1e3 * each.amplitude for each in _CASES]
+    ax.plot(at, sizes, "o", color=SOFT, ms=5, label="motions of Figures 4.1 to 4.7")
+    ax.set(xlabel="frequency of the base [Hz]", ylabel="amplitude A [mm]", xlim=(3, 15.2))
+    ax.set(ylim=(0, 35))
+    named(ax)
+    first, last = (1e3 * float(amplitude(each)) for each in (3.0, 15.0))
+    return Made(
+        drawn,
+        (
+            Claim(
+                "4.8",
+                "amplitude at 3 Hz",
+                "about 33 mm (axis to 35 mm)",
+                f"{first:.1f} mm",
+                judged(30 < first < 35),
+            ),
+            Claim(
+                "4.8",
+                "amplitudes of the base in the experiments",
+                "1 to 5 mm",
+                f"{last:.2f} to {first:.1f} mm",
+                judged(first < 5.5),
+                "the sweep goes beyond the range stated in chapter 2",
+            ),
+        ),
+    )
+
+
+class _Diagram(NamedTuple):
+    """Steady motions over the frequency.
+
+    - `angle`: angle after each period of the base, (frequencies, periods) [rad].
+    - `rests`: true where the mass rests on the stop in each period.
+    - `longest`: duration of the longest contact [s].
+    - `stuck`: time from which a mass that stays for ever is at rest [s].
+    - `period`: periods of the base after which the motion repeats; 0 if it does not.
+    """
+
+    angle: np.ndarray
+    rests: np.ndarray
+    longest: np.ndarray
+    stuck: np.ndarray
+    period: np.ndarray
+
+
+def _diagram(law: ij.AbstractImpactLaw | ij.AbstractForceLaw) -> _Diagram:
+    omegas = 2 * np.pi * _FREQUENCIES
+    models = [against(law, float(amplitude(w / (2 * np.pi))), float(w)) for w in omegas]
+    rows = []
+    for model, omega in zip(models, omegas, strict=True):
+        rows.append(strobe(model, float(omega)))
+    found = runs(rows)
+    longest = []
+    for each in found:
+        late = happened(each, each.impacts.time) >= each.ts[0]
+        longest.append(np.max(happened(each, each.impacts.duration)[late], initial=0.0))
+    return _Diagram(
+        np.stack([np.asarray(each.position)[:: SAMPLES // PERIODS] for each in found]),
+        np.array([np.any(np.asarray(each.rests.end) > each.ts[0]) for each in found]),
+        np.array(longest),
+        np.array([stuck_from(each) for each in found]),
+        np.array([period(each) for each in found]),
+    )
+
+
+def _draw(ax: "Axes", found: _Diagram, colour: str) -> None:
+    shape = found.angle.shape
+    at = np.broadcast_to(_FREQUENCIES[:, None], shape)
+    ax.plot(at.ravel(), np.degrees(found.angle).ravel(), ".", ms=2, mew=0, color=colour)
+    ax.set(xlabel="frequency of the base [Hz]", ylabel="angle after each period [deg]")
+    ax.set(xlim=(3, 15))
+
+
+def figure_4_9() -> Made:
+    """Bifurcation diagram with the coefficient of restitution."""
+    found = _diagram(ij.LinearRestitution(0.6, 0.0))
+    drawn, (ax,) = panels(1, 1, 4.4)
+    _draw(ax, found, RIGID)
+    stuck = np.isfinite(found.stuck)
+    flat, low = np.zeros(stuck.sum()), np.full(found.rests.sum(), -3.0)
+    ax.plot(_FREQUENCIES[stuck], flat, "s", ms=3, color=OTHER, label="stuck for ever (thesis)")
+    ax.plot(_FREQUENCIES[found.rests], low, "|", ms=6, color=SOFT, label="rests in each period")
+    named(ax, loc="upper right")
+    only = stuck & ~found.rests
+    return Made(
+        drawn,
+        (
+            Claim(
+                "4.9",
+                "solutions stuck at θ = 0",
+                "many, in chaotic ranges",
+                f"a mass stuck for ever: at {stuck.sum()} of {stuck.size} frequencies; one that "
+                f"the base lifts off moves at all",
+                judged(not stuck.any()),
+                f"false: at {only.sum()} of them the mass rests in its transient only, at "
+                f"{found.rests.sum()} in each period",
+            ),
+            _parallel("4.9", found, "parallel branches"),
+        ),
+    )
+
+
+def figure_4_10() -> Made:
+    """Bifurcation diagram with the linear compliance model."""
+    found = _diagram(ij.KelvinVoigtLinearRestitution(725.0, 0.6, 0.0))
+    drawn, (ax,) = panels(1, 1, 4.4)
+    _draw(ax, found, SOFT)
+    rests = found.longest > _REST
+    ax.plot(_FREQUENCIES[rests], np.full(rests.sum(), -3.0), "|", ms=6, color=OTHER, label="rests")
+    named(ax, loc="upper right")
+    low = rests & (_FREQUENCIES < 7)
+    at, lasts = _FREQUENCIES[low], 1e3 * found.longest[low]
+    return Made(
+        drawn,
+        (
+            Claim(
+                "4.10",
+                "no chatter above 3 Hz",
+                "none",
+                f"contacts of {lasts.min():.0f} to {lasts.max():.0f} ms at {at.min():.2f} to "
+                f"{at.max():.2f} Hz; rests at {rests.sum()} of {rests.size} frequencies",
+                judged(not rests.any()),
+                "the mass rests on its stop at the end of a series of impacts",
+            ),
+            _parallel("4.10", found, "one branch"),
+        ),
+    )
+
+
+def _parallel(figure: str, found: _Diagram, thesis: str) -> Claim:
+    """Branches from one start between 12 and 14 Hz."""
+    inside = (_FREQUENCIES >= 12) & (_FREQUENCIES <= 14)
+    periods, counts = np.unique(found.period[inside], return_counts=True)
+    said = ", ".join(
+        f"period {p}: {n}" if p else f"no period: {n}" for p, n in zip(periods, counts, strict=True)
+    )
+    return Claim(figure, "motions from 12 to 14 Hz", thesis, said, judged(False), "to be judged")
