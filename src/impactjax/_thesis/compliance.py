@@ -26,10 +26,9 @@ from impactjax._thesis.constants import (
     restitution_of,
 )
 from impactjax._thesis.drawing import OTHER, RIGID, SOFT, Made, named, panels, zero
-from impactjax._thesis.motions import against, happened, runs, transient
+from impactjax._thesis.motions import Motion, runs, transient
 from impactjax._thesis.record import material, recorded, sensor
 from impactjax._thesis.restitution import draw_record, peaks
-
 
 
 def figure_3_4() -> Made:
@@ -90,10 +89,10 @@ def _printed_numbers() -> tuple[Claim, ...]:
     )
 
 
-def _shift(motion: ij.Trajectory) -> tuple[Claim, ...]:
+def _shift(motion: Motion) -> tuple[Claim, ...]:
     log = motion.impacts
-    durations = happened(motion, log.duration)[:6]
-    times = happened(motion, log.time)[:6]
+    durations = motion.happened(log.duration)[:6]
+    times = motion.happened(log.time)[:6]
     found = np.diff(times) - math.pi / OMEGA_N
     spread = np.ptp(durations) / durations.mean()
     return (
@@ -117,11 +116,11 @@ def _shift(motion: ij.Trajectory) -> tuple[Claim, ...]:
     )
 
 
-def _stiffness(true: ij.Trajectory) -> Claim:
+def _stiffness(true: Motion) -> Claim:
     """A fit to the record with the thesis's sensor."""
     every = round(1 / SAMPLING / (true.ts[1] - true.ts[0]))
     ts = jnp.asarray(true.ts[::every])
-    values = jnp.asarray(recorded(against(material()), true)[::every])
+    values = jnp.asarray(recorded(true)[::every])
     model = ij.ImpactOscillator(
         ij.Pendulum(13.0, ZETA, length=LENGTH, mass=MASS), ij.Stop(ij.KelvinVoigt(600.0, 0.2))
     )
@@ -144,7 +143,7 @@ def _stiffness(true: ij.Trajectory) -> Claim:
     )
 
 
-def _low(true: ij.Trajectory, motion: ij.Trajectory) -> Claim:
+def _low(true: Motion, motion: Motion) -> Claim:
     low = np.degrees(peaks(motion)[:4] - peaks(true)[:4])
     said = ", ".join(f"{each:+.2f}" for each in low)
     return Claim(
@@ -220,7 +219,7 @@ def figure_3_6() -> Made:
     ax.set(xlabel="time t [s]", ylabel="angle θ [deg]", xlim=(0, 1.4), ylim=(-3, 48))
     zero(ax)
     named(ax, ncols=3, loc="upper right")
-    si, radian = (happened(each, each.impacts.restitution)[:4] for each in motions)
+    si, radian = (each.happened(each.impacts.restitution)[:4] for each in motions)
     rebounds = ", ".join(f"{each:.2f}" for each in radian)
     return Made(
         drawn,

@@ -2,9 +2,6 @@
 
 import math
 
-import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 import impactjax as ij
@@ -14,8 +11,8 @@ from impactjax._thesis.constants import (
     HERTZ_C,
     HERTZ_E,
     LENGTH,
-    MASS,
     OMEGA0,
+    OMEGA_N,
     POISSON,
     RADIUS,
     RELEASE,
@@ -23,7 +20,7 @@ from impactjax._thesis.constants import (
     restitution_of,
 )
 from impactjax._thesis.drawing import OTHER, RIGID, SOFT, Made, named, panels, zero
-from impactjax._thesis.motions import happened, runs, transient
+from impactjax._thesis.motions import Lane, runs, transient
 from impactjax._thesis.record import material
 from impactjax._thesis.restitution import constant, draw_record
 
@@ -58,7 +55,7 @@ def figure_3_7() -> Made:
     ax.set(xlabel="time t [s]", ylabel="angle θ [deg]", xlim=(0, 1), ylim=(-3, 48))
     zero(ax)
     named(ax, loc="upper right")
-    si, radian = (happened(each, each.impacts.restitution)[:3] for each in motions)
+    si, radian = (each.happened(each.impacts.restitution)[:3] for each in motions)
     said = ", ".join(f"{each:.2f}" for each in radian)
     return Made(
         drawn,
@@ -93,16 +90,17 @@ def figure_3_7() -> Made:
 
 
 def _by_speed() -> tuple[Claim, ...]:
-    """Restitution over speed of the laws tried, each with its damping for r = 0.577 at 0.73 m/s."""
+    """Restitution over speed of the laws tried."""
     k = stiffness()
     exponents = (0.5, 1.0, 1.5, 2.0)
-    tried = [ij.PowerLaw(k, k, 1.5, 1.5, q) for q in exponents]
-    laws = jax.tree.map(lambda *x: jnp.stack(x), *tried, dashpot(k))
-    found = np.asarray(_restitutions(laws))
-    *powers, linear = found
+    laws = [*(ij.PowerLaw(k, k, 1.5, 1.5, q) for q in exponents), dashpot(k)]
+    lanes = [_falling(law, speed) for law in laws for speed in _SPEEDS]
+    first = [each.impacts.restitution[0] for each in runs(lanes)]
+    *powers, linear = np.reshape(first, (len(laws), len(_SPEEDS)))
     falls = all(np.all(np.diff(each) < 0) for each in powers)
     each = "; ".join(
-        f"q = {q:g}: {row[0]:.2f} to {row[-1]:.2f}" for q, row in zip(exponents, powers, strict=True)
+        f"q = {q:g}: {row[0]:.2f} to {row[-1]:.2f}"
+        for q, row in zip(exponents, powers, strict=True)
     )
     said = ", ".join(f"{r:.3f}" for r in linear)
     return (
@@ -110,13 +108,13 @@ def _by_speed() -> tuple[Claim, ...]:
             "3.7",
             "r of k x^1.5 (1 + α ẋ^q) falls as the speed rises",
             "falls",
-            f"{each}, from 0.1 to 0.73 m/s",
-            judged(bool(falls)),
+            f"α = 1, {each}, from 0.1 to 0.73 m/s",
+            judged(falls),
         ),
         Claim(
             "3.7",
-            "r of k x^1.5 + c ẋ is nearly linear in speed and falls",
-            "nearly linear, falls",
+            "r of k x^1.5 + c ẋ falls almost linearly with speed",
+            "nearly linear",
             f"{said} at 0.1, 0.3, 0.73 m/s",
             judged(bool(np.all(np.diff(linear) < 0))),
             "it rises with speed, the opposite of what the material shows",
@@ -124,10 +122,10 @@ def _by_speed() -> tuple[Claim, ...]:
     )
 
 
-@eqx.filter_jit
-def _restitutions(laws: ij.PowerLaw) -> jax.Array:
-    speeds = jnp.asarray(_SPEEDS)
-    return jax.vmap(lambda law: ij.single_impact(law, speeds, MASS).restitution)(laws)
+def _falling(law: ij.PowerLaw, speed: float) -> Lane:
+    """The pendulum from the angle that gives a speed of impact, by conservation of energy."""
+    angle = 2 * math.asin(speed / (2 * OMEGA_N * LENGTH))
+    return transient(law, angle, 0.3)
 
 
 def figure_3_8() -> Made:
@@ -145,7 +143,9 @@ def figure_3_8() -> Made:
         named(ax, loc="upper center")
     axes[0].set(ylabel="angle θ [deg]")
     near = (motions[0].ts > 0.08) & (motions[0].ts < 0.2)
-    apart = [np.degrees(np.abs(each.position - motions[0].position)[near].max()) for each in motions]
+    apart = [
+        np.degrees(np.abs(each.position - motions[0].position)[near].max()) for each in motions
+    ]
     deep = np.degrees(motions[1].impacts.deepest_penetration[0] / LENGTH)
     return Made(
         drawn,

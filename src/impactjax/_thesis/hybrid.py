@@ -42,20 +42,24 @@ class SoftPendulum(ij.HybridSystem):
 
     def flies(self, t: Array, y: State, mode: Mode) -> Array:
         """Height above the stop in flight."""
+        del t
         return jnp.where(mode == _FREE, y["angle"], 1.0)
 
     def touches(self, t: Array, y: State, mode: Mode) -> Array:
         """Penetration in contact."""
+        del t
         return jnp.where(mode == _TOUCHING, -y["angle"], 1.0)
 
     def touch(self, t: Array, y: State, mode: Mode) -> tuple[State, Mode]:
         """Begin of a contact."""
+        del t
         loss = jnp.log(self.r0 + self.alpha * LENGTH * y["rate"])
         gamma = -loss / jnp.sqrt(jnp.pi**2 + loss**2)
         return {**y, "gamma": gamma}, jnp.full_like(mode, _TOUCHING)
 
     def leave(self, t: Array, y: State, mode: Mode) -> tuple[State, Mode]:
         """End of a contact."""
+        del t
         return y, jnp.full_like(mode, _FREE)
 
 

@@ -8,13 +8,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, PyTree
 
 import impactjax as ij
 from impactjax._thesis.constants import LENGTH, MASS, OMEGA_N, ZETA, Case
 
 SAMPLES = 15_000  # of each motion: a record of 15 s at 1 kHz
 PERIODS = 40  # of the base, in the window of `strobe`
+REST = 0.02  # a contact that lasts longer is a rest on the stop; a rebound takes 5 ms [s]
+_ORDER = 11  # of the Taylor series, which suits a tolerance of 1e-8
 _LANES = 24  # in one portion, which fits the processor's cache
 _MAX_STEPS, _MAX_IMPACTS = 16_384, 8_192
 
@@ -25,12 +26,14 @@ class Lane(NamedTuple):
     - `model`: pendulum and stop.
     - `angle`: angle at the start [rad].
     - `begin`, `every`: first sample and interval of the samples [s].
+    - `tolerance`: error allowed, relative to the motion.
     """
 
     model: ij.ImpactOscillator
     angle: float
     begin: float
     every: float
+    tolerance: float = 1e-8
 
 
 def pendulum(amplitude: float = 0.0, omega: float = 1.0) -> ij.Pendulum:
@@ -71,8 +74,35 @@ def strobe(model: ij.ImpactOscillator, omega: float, skipped: int = 160) -> Lane
     return Lane(model, 0.2, skipped * period, PERIODS * period / SAMPLES)
 
 
-def runs(lanes: Sequence[Lane]) -> list[ij.Trajectory]:
-    """The motions, all with the same kind of law, with NumPy arrays.
+class Motion(NamedTuple):
+    """A simulated motion, in NumPy arrays.
+
+    - `ts`, `position`, `velocity`: samples [s], [rad], [rad/s].
+    - `impacts`, `rests`: the logs, rows from their `count` on are zero.
+    """
+
+    ts: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    impacts: ij.ImpactLog
+    rests: ij.RestLog
+
+    def late(self, column: np.ndarray) -> np.ndarray:
+        """The rows of a column of the impact log within the samples."""
+        times = self.happened(self.impacts.time)
+        return self.happened(column)[(times >= self.ts[0]) & (times < self.ts[-1])]
+
+    def happened(self, column: np.ndarray) -> np.ndarray:
+        """The rows of a column of the impact log that hold an impact."""
+        return column[: int(self.impacts.count)]
+
+    def rest(self, column: np.ndarray) -> np.ndarray:
+        """The rows of a column of the rest log that hold a rest."""
+        return column[: int(self.rests.count)]
+
+
+def runs(lanes: Sequence[Lane]) -> list[Motion]:
+    """The motions, all with the same kind of law.
 
     All portions have the same shape, so that a law is compiled once.
 
@@ -83,38 +113,46 @@ def runs(lanes: Sequence[Lane]) -> list[ij.Trajectory]:
         portion = lanes[first : first + _LANES]
         filled = [*portion, *[portion[-1]] * (_LANES - len(portion))]
         rows = jax.tree.map(lambda *leaves: jnp.stack([*map(jnp.asarray, leaves)]), *filled)
-        swept = jax.tree.map(np.asarray, _swept(rows))
+        motions, results = _swept(rows)
         for k in range(len(portion)):
-            motion = jax.tree.map(lambda leaf, k=k: leaf[k], swept)
-            if not bool(motion.result == ij.RESULTS.successful):
-                raise RuntimeError(f"A motion ended early: {ij.RESULTS[motion.result]}")
-            found.append(motion)
+            result = jax.tree.map(lambda leaf, k=k: leaf[k], results)
+            if not bool(result == ij.RESULTS.successful):
+                raise RuntimeError(f"A motion ended early: {ij.RESULTS[result]}")
+            found.append(jax.tree.map(lambda leaf, k=k: np.asarray(leaf[k]), motions))
     return found
 
 
 @eqx.filter_jit
-def _swept(lanes: Lane) -> ij.Trajectory:
+def _swept(lanes: Lane) -> tuple[Motion, ij.RESULTS]:
     return jax.vmap(_run)(lanes)
 
 
-def _run(lane: Lane) -> ij.Trajectory:
+def _run(lane: Lane) -> tuple[Motion, ij.RESULTS]:
     ts = lane.begin + lane.every * jnp.arange(SAMPLES)
-    start = ij.InitialState(lane.angle)
-    most = {"max_steps": _MAX_STEPS, "max_impacts": _MAX_IMPACTS}
-    return ij.simulate(lane.model, start, ts, t0=0.0, **most)
+    found = ij.simulate(
+        lane.model,
+        ij.InitialState(lane.angle),
+        ts,
+        t0=0.0,
+        step=_step(lane.model),
+        tolerance=lane.tolerance,
+        max_steps=_MAX_STEPS,
+        max_impacts=_MAX_IMPACTS,
+    )
+    motion = Motion(ts, found.position, found.velocity, found.impacts, found.rests)
+    return motion, found.result
 
 
-def period(motion: ij.Trajectory) -> int:
+def _step(model: ij.ImpactOscillator) -> ij.AbstractStep:
+    """A Taylor step where the law has Taylor series at any exponent."""
+    assert model.lower is not None
+    return ij.RungeKutta() if isinstance(model.lower.law, ij.PowerLaw) else ij.TaylorStep(_ORDER)
+
+
+def period(motion: Motion) -> int:
     """Periods of the base after which a motion sampled by `strobe` repeats; 0 if it does not."""
-    whole = np.asarray(motion.position).reshape(PERIODS, -1)
+    whole = motion.position.reshape(PERIODS, -1)
     for lag in range(1, PERIODS // 2 + 1):
         if np.abs(whole[lag:] - whole[:-lag]).max() < 1e-6 * np.ptp(whole):
             return lag
     return 0
-
-
-def happened(motion: ij.Trajectory, column: Float[Array, "..."]) -> np.ndarray:
-    """The rows of a column of the impact log that hold an impact."""
-    return np.asarray(column)[: int(motion.impacts.count)]
-
-

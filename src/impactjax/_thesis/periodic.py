@@ -19,7 +19,7 @@ from impactjax._thesis.constants import (
 )
 from impactjax._thesis.drawing import RECORDED, RIGID, SOFT, Made, named, panels, zero
 from impactjax._thesis.hybrid import soft_system
-from impactjax._thesis.motions import PERIODS, Lane, period, rigid, runs, soft, strobe
+from impactjax._thesis.motions import PERIODS, Lane, Motion, period, rigid, runs, soft, strobe
 from impactjax._thesis.record import LOST, recorded
 from impactjax._thesis.spectrum import exact_peak, peak, power
 from impactjax._thesis.stuck import stuck_from
@@ -38,9 +38,8 @@ class Steady(NamedTuple):
     - `whole`: the same motion over whole periods of the base.
     """
 
-    model: ij.ImpactOscillator
-    record: ij.Trajectory
-    whole: ij.Trajectory
+    record: Motion
+    whole: Motion
 
     @property
     def period(self) -> int:
@@ -51,7 +50,7 @@ class Steady(NamedTuple):
 def steady(model: ij.ImpactOscillator, case: Case) -> Steady:
     """The steady motion that follows from rest at 0.2 rad."""
     lanes = [Lane(model, 0.2, SHOWN[0], _EVERY), strobe(model, case.omega)]
-    return Steady(model, *runs(lanes))
+    return Steady(*runs(lanes))
 
 
 def figure_4_1() -> Made:
@@ -94,11 +93,8 @@ def figure_4_3() -> Made:
     """Forced response at 15 Hz."""
     made = _compared(AT_15_HZ)
     turns = _turns_in_flight(made.soft)
-    log = made.rigid.whole.impacts
-    late = np.asarray(log.time)[: int(log.count)] > made.rigid.whole.ts[0]
-    speeds = np.asarray(log.approach_speed)[: int(log.count)][late]
-    motion = made.rigid.record
-    at = stuck_from(motion)
+    speeds = made.rigid.whole.late(made.rigid.whole.impacts.approach_speed)
+    at = stuck_from(made.rigid.record)
     return made.drawn(
         *made.periods("4.3", 4),
         *made.peaks("4.3"),
@@ -178,18 +174,21 @@ class _Compared(NamedTuple):
     soft: Steady
 
     def peak(self, each: Steady) -> float:
-        return peak(np.asarray(each.record.position), _EVERY)
+        return peak(each.record.position, _EVERY)
 
     def drawn(self, *claims: Claim) -> Made:
         """The four panels of the thesis's figures, and the claims."""
         drawn, (first, second, third, fourth) = panels(2, 2, 5.6)
-        measured = recorded(self.soft.model, self.soft.record)
+        measured = recorded(self.soft.record)
         pairs = ((first, self.rigid, "restitution", RIGID), (second, self.soft, "K.-Voigt", SOFT))
         for ax, each, name, colour in pairs:
             _draw_time(ax, measured, each, name, colour)
         _draw_spectrum(third, measured, self.case, RECORDED, LOST)
-        for each, colour, name in ((self.rigid, RIGID, "restitution"), (self.soft, SOFT, "K.-Voigt")):
-            _draw_spectrum(fourth, np.asarray(each.record.position), self.case, colour, name)
+        for each, colour, name in (
+            (self.rigid, RIGID, "restitution"),
+            (self.soft, SOFT, "K.-Voigt"),
+        ):
+            _draw_spectrum(fourth, each.record.position, self.case, colour, name)
         return Made(drawn, claims)
 
     def periods(self, figure: str, thesis: int) -> tuple[Claim, ...]:
@@ -239,7 +238,7 @@ def _compared(case: Case) -> _Compared:
 
 
 def _draw_time(ax: "Axes", measured: np.ndarray, each: Steady, name: str, colour: str) -> None:
-    ts = np.asarray(each.record.ts)
+    ts = each.record.ts
     shown = ts <= SHOWN[1]
     ax.plot(ts[shown], np.degrees(measured)[shown], ".", color=RECORDED, markersize=2, label=LOST)
     ax.plot(ts[shown], np.degrees(each.record.position)[shown], color=colour, lw=1, label=name)
@@ -259,7 +258,7 @@ def _draw_spectrum(ax: "Axes", angle: np.ndarray, case: Case, colour: str, name:
 
 def _harmonics(each: Steady) -> Claim:
     """Share of the power of the motion at multiples of the frequency of the base."""
-    angle = np.asarray(each.whole.position)
+    angle = each.whole.position
     lines = np.abs(np.fft.rfft(angle - angle.mean())) ** 2
     share = lines[::PERIODS].sum() / lines.sum()
     return Claim(
@@ -273,12 +272,9 @@ def _harmonics(each: Steady) -> Claim:
 
 def _turns_in_flight(each: Steady) -> float:
     """Maxima of the angle for each impact that is not slow."""
-    angle, log = np.asarray(each.whole.position), each.whole.impacts
+    angle = each.whole.position
     turns = np.sum((angle[1:-1] > angle[:-2]) & (angle[1:-1] >= angle[2:]) & (angle[1:-1] > 1e-3))
-    count = int(log.count)
-    late = np.asarray(log.time)[:count] > each.whole.ts[0]
-    fast = np.asarray(log.approach_speed)[:count] > 5e-3
-    return float(turns / np.sum(late & fast))
+    return float(turns / np.sum(each.whole.late(each.whole.impacts.approach_speed) > 5e-3))
 
 
 def _exponent(case: Case) -> tuple[float, float]:

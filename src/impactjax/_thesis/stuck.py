@@ -2,19 +2,18 @@
 
 import numpy as np
 
-import impactjax as ij
+from impactjax._thesis.motions import Motion
 
 
-def stuck_for_ever(motion: ij.Trajectory) -> np.ndarray:
+def stuck_for_ever(motion: Motion) -> np.ndarray:
     """Angle of the thesis's model, from a motion of the same system with a rest that ends [rad].
 
     Both are equal until the first infinite series of impacts has ended. The thesis's motion is at
     rest from there on, "in effect a fixed point attractor", although the base still moves.
     """
-    angle = np.asarray(motion.position)
-    return np.where(np.asarray(motion.ts) < stuck_from(motion), angle, 0.0)
+    return np.where(motion.ts < stuck_from(motion), motion.position, 0.0)
 
 
-def stuck_from(motion: ij.Trajectory) -> float:
+def stuck_from(motion: Motion) -> float:
     """Time at which the thesis's model comes to rest; infinite if it does not [s]."""
     return float(motion.rests.begin[0]) if int(motion.rests.count) else np.inf
