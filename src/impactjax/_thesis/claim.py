@@ -10,7 +10,7 @@ class Verdict(enum.StrEnum):
     AGREES = "agrees"
     DIFFERS = "differs"
     MISPRINT = "misprint"
-    LOST = "cannot be judged"
+    OPEN = "cannot be judged"
 
 
 class Claim(NamedTuple):

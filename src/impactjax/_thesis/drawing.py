@@ -1,5 +1,6 @@
 """Drawing of the figures: size, colours and what all of them share."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -38,6 +39,22 @@ def panels(rows: int, columns: int, height: float) -> tuple["Figure", list["Axes
 def zero(ax: "Axes") -> None:
     """A line where the stop is."""
     ax.axhline(0, color="black", linewidth=0.5)
+
+
+def shared(drawn: "Figure", axes: Sequence["Axes"]) -> None:
+    """A legend of some panels above all of them."""
+    entries: dict[str, object] = {}
+    for ax in axes:
+        handles, labels = ax.get_legend_handles_labels()
+        entries |= dict(zip(labels, handles, strict=True))
+    drawn.legend(
+        [*entries.values()],
+        [*entries],
+        loc="outside upper center",
+        ncols=len(entries),
+        frameon=False,
+        fontsize="small",
+    )
 
 
 def named(ax: "Axes", **where: str | int) -> None:

@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from impactjax._thesis.chaos import figure_4_7
 from impactjax._thesis.chatter import figure_4_3_at_1_hz, figure_4_4, figure_4_5, figure_4_6
 from impactjax._thesis.compliance import figure_3_4, figure_3_5, figure_3_6
 from impactjax._thesis.drawing import Made
 from impactjax._thesis.free_decay import figure_2_3
 from impactjax._thesis.hertz import figure_3_7, figure_3_8, figure_3_9
-from impactjax._thesis.periodic import figure_4_1, figure_4_2, figure_4_3, figure_4_7
+from impactjax._thesis.periodic import figure_4_1, figure_4_2, figure_4_3
 from impactjax._thesis.restitution import figure_3_1, figure_3_2, figure_3_3
 from impactjax._thesis.sweep import figure_4_8, figure_4_9, figure_4_10
 

@@ -14,6 +14,7 @@ LOST = "simulated record (measurement lost)"
 """Label of a stand-in in figures and tables."""
 NOISE = math.radians(0.2)  # of a sample; the thesis's noise is not known [rad]
 _ORDER = 2  # of the filter, which the thesis does not say
+DELAY = math.sqrt(2) / (2 * math.pi * CUTOFF)  # of slow motions by this filter [s]
 _SEED = 2005
 
 

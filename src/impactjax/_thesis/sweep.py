@@ -110,7 +110,7 @@ def figure_4_9() -> Made:
     ax.plot(_FREQUENCIES[stuck], flat, "s", ms=3, color=OTHER, label="stuck for ever (thesis)")
     ax.plot(_FREQUENCIES[found.rests], low, "|", ms=6, color=SOFT, label="rests in each period")
     named(ax, loc="upper right")
-    only = stuck & ~found.rests
+    only, still = stuck & ~found.rests, np.sum(found.angle.max(axis=1) < 1e-3)
     return Made(
         drawn,
         (
@@ -118,10 +118,10 @@ def figure_4_9() -> Made:
                 "4.9",
                 "solutions stuck at θ = 0",
                 "many, in chaotic ranges",
-                f"a mass stuck for ever: at {stuck.sum()} of {stuck.size} frequencies; one that "
-                f"the base lifts off moves at all",
+                f"at {stuck.sum()} of {stuck.size} frequencies for a mass that stays for ever, at "
+                f"{still} for one that is lifted off",
                 judged(not stuck.any()),
-                f"false: at {only.sum()} of them the mass rests in its transient only, at "
+                f"they are false: at {only.sum()} of them the mass rests in its transient only, at "
                 f"{found.rests.sum()} in each period",
             ),
             _parallel("4.9", law, "parallel motions", lambda number: number > 1),
@@ -136,10 +136,17 @@ def figure_4_10() -> Made:
     drawn, (ax,) = panels(1, 1, 4.4)
     _draw(ax, found, SOFT)
     rests = found.longest > REST
-    ax.plot(_FREQUENCIES[rests], np.full(rests.sum(), -3.0), "|", ms=6, color=OTHER, label="rests")
+    ax.plot(
+        _FREQUENCIES[rests],
+        np.full(rests.sum(), -3.0),
+        "|",
+        ms=6,
+        color=OTHER,
+        label="a contact of more than 20 ms",
+    )
     named(ax, loc="upper right")
-    low = rests & (_FREQUENCIES < 7)
-    at, lasts = _FREQUENCIES[low], 1e3 * found.longest[low]
+    slow = rests & (_FREQUENCIES < 7)
+    at, lasts = _FREQUENCIES[slow], 1e3 * found.longest[slow]
     return Made(
         drawn,
         (
