@@ -48,7 +48,7 @@ def figure_4_3_at_1_hz() -> Made:
         zero(ax)
         named(ax, ncols=3, loc="upper right")
     above.set(xlim=SHOWN, ylim=(-0.7, 2.3))
-    below.set(xlabel="time t [s]", xlim=(20.4, 20.9), ylim=(-0.01, 0.16))
+    below.set(xlabel="time t [s]", xlim=(20.4, 20.9), ylim=(-0.01, 0.19))
     return Made(
         drawn,
         (

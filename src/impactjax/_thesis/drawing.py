@@ -8,8 +8,10 @@ import numpy as np
 from impactjax._thesis.claim import Claim
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.typing import LegendLocType
 
 RECORDED, RIGID, SOFT, OTHER, FAINT = "#8fa3b5", "#1f4e79", "#b3261e", "#2e7d32", "#d9e0e7"
 _WIDTH = 9.0  # inches
@@ -43,7 +45,7 @@ def zero(ax: "Axes") -> None:
 
 def shared(drawn: "Figure", axes: Sequence["Axes"]) -> None:
     """A legend of some panels above all of them."""
-    entries: dict[str, object] = {}
+    entries: dict[str, Artist] = {}
     for ax in axes:
         handles, labels = ax.get_legend_handles_labels()
         entries |= dict(zip(labels, handles, strict=True))
@@ -57,6 +59,6 @@ def shared(drawn: "Figure", axes: Sequence["Axes"]) -> None:
     )
 
 
-def named(ax: "Axes", **where: str | int) -> None:
+def named(ax: "Axes", loc: "LegendLocType" = "best", ncols: int = 1) -> None:
     """A legend without a frame."""
-    ax.legend(frameon=False, fontsize="small", **where)
+    ax.legend(frameon=False, fontsize="small", loc=loc, ncols=ncols)

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import PyTree
 
 import impactjax as ij
 from impactjax._thesis.constants import LENGTH, MASS, OMEGA_N, ZETA, Case
@@ -18,6 +19,9 @@ REST = 0.02  # a contact that lasts longer is a rest on the stop; a rebound take
 _ORDER = 11  # of the Taylor series, which suits a tolerance of 1e-8
 _LANES = 24  # in one portion, which fits the processor's cache
 _MAX_STEPS, _MAX_IMPACTS = 16_384, 8_192
+
+
+Column: TypeAlias = np.ndarray | jax.Array
 
 
 class Lane(NamedTuple):
@@ -87,18 +91,18 @@ class Motion(NamedTuple):
     impacts: ij.ImpactLog
     rests: ij.RestLog
 
-    def late(self, column: np.ndarray) -> np.ndarray:
+    def late(self, column: Column) -> np.ndarray:
         """The rows of a column of the impact log within the samples."""
         times = self.happened(self.impacts.time)
         return self.happened(column)[(times >= self.ts[0]) & (times < self.ts[-1])]
 
-    def happened(self, column: np.ndarray) -> np.ndarray:
+    def happened(self, column: Column) -> np.ndarray:
         """The rows of a column of the impact log that hold an impact."""
-        return column[: int(self.impacts.count)]
+        return np.asarray(column)[: int(self.impacts.count)]
 
-    def rest(self, column: np.ndarray) -> np.ndarray:
+    def rest(self, column: Column) -> np.ndarray:
         """The rows of a column of the rest log that hold a rest."""
-        return column[: int(self.rests.count)]
+        return np.asarray(column)[: int(self.rests.count)]
 
 
 def runs(lanes: Sequence[Lane]) -> list[Motion]:
@@ -118,16 +122,16 @@ def runs(lanes: Sequence[Lane]) -> list[Motion]:
             result = jax.tree.map(lambda leaf, k=k: leaf[k], results)
             if not bool(result == ij.RESULTS.successful):
                 raise RuntimeError(f"A motion ended early: {ij.RESULTS[result]}")
-            found.append(jax.tree.map(lambda leaf, k=k: np.asarray(leaf[k]), motions))
+            found.append(Motion(*jax.tree.map(lambda leaf, k=k: np.asarray(leaf[k]), motions)))
     return found
 
 
 @eqx.filter_jit
-def _swept(lanes: Lane) -> tuple[Motion, ij.RESULTS]:
+def _swept(lanes: Lane) -> tuple[PyTree, ij.RESULTS]:
     return jax.vmap(_run)(lanes)
 
 
-def _run(lane: Lane) -> tuple[Motion, ij.RESULTS]:
+def _run(lane: Lane) -> tuple[PyTree, ij.RESULTS]:
     ts = lane.begin + lane.every * jnp.arange(SAMPLES)
     found = ij.simulate(
         lane.model,
@@ -139,8 +143,7 @@ def _run(lane: Lane) -> tuple[Motion, ij.RESULTS]:
         max_steps=_MAX_STEPS,
         max_impacts=_MAX_IMPACTS,
     )
-    motion = Motion(ts, found.position, found.velocity, found.impacts, found.rests)
-    return motion, found.result
+    return (ts, found.position, found.velocity, found.impacts, found.rests), found.result
 
 
 def _step(model: ij.ImpactOscillator) -> ij.AbstractStep:

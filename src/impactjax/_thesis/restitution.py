@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 
 _SIMULATED = 0.60  # restitution of Figure 3.1
 _FIRST = 0.3  # first peak of Figure 3.1 [rad]
-_PENDULUM = {"omega_n": OMEGA_N, "zeta": ZETA, "length": LENGTH}
+
+
+def swing() -> ij.Pendulum:
+    """The pendulum on a base at rest."""
+    return ij.Pendulum(OMEGA_N, ZETA, length=LENGTH)
 
 
 def constant(r: float) -> ij.LinearRestitution:
@@ -57,10 +61,10 @@ def second_peak(motion: Motion) -> tuple[float, float]:
 
 
 def _by_peaks(second: float) -> Claim:
-    swing = ij.Pendulum(**_PENDULUM)
+    free = swing()
     flights = (ij.MultipleScalesFlight(), ij.ExactFlight())
     by_formula, exact = (
-        float(ij.successive_peaks(swing, _FIRST, second, flight=flight).restitution)
+        float(ij.successive_peaks(free, _FIRST, second, flight=flight).restitution)
         for flight in flights
     )
     share, left = abs(by_formula / _SIMULATED - 1), abs(exact / _SIMULATED - 1)
@@ -147,9 +151,7 @@ def figure_3_2() -> Made:
 def piecewise(impacts: int) -> ij.PiecewiseAnalytical:
     """The piecewise analytical solution for r = 0.577 from 45 deg."""
     start = ij.InitialState(RELEASE)
-    return ij.piecewise_analytical(
-        ij.Pendulum(**_PENDULUM), ij.Restitution(R), start, max_impacts=impacts
-    )
+    return ij.piecewise_analytical(swing(), ij.Restitution(R), start, max_impacts=impacts)
 
 
 def figure_3_3() -> Made:

@@ -66,15 +66,15 @@ class Compared(NamedTuple):
         return Made(drawn, claims)
 
     def _aligned(self, each: Steady, measured: np.ndarray) -> np.ndarray:
-        """The angle of a motion, later by the whole number of periods of the base with which it
+        """The angle of a motion, earlier by the whole number of periods of the base with which it
         follows the record best: a subharmonic motion exists at each of them.
         """
+        count = max(each.period, 1) if self.soft.period else 1  # nothing follows chaos
         step = 2 * math.pi / self.case.omega / _EVERY
-        shifts = [round(k * step) for k in range(max(each.period, 1))]
-        moved = [np.roll(each.record.position, shift) for shift in shifts]
-        inside = slice(max(shifts), None)
-        apart = [np.std((angle - measured)[inside]) for angle in moved]
-        return moved[int(np.argmin(apart))]
+        size = measured.size - round(count * step)
+        starts = [round(k * step) for k in range(count)]
+        moved = [each.record.position[start : start + size] for start in starts]
+        return min(moved, key=lambda angle: np.std(angle - measured[:size]))
 
     def _draw_spectrum(self, ax: "Axes", angle: np.ndarray, colour: str, name: str) -> None:
         frequencies, density = power(np.degrees(angle), _EVERY)
@@ -132,7 +132,7 @@ def compared(case: Case) -> Compared:
 def _draw_time(ax: "Axes", measured: np.ndarray, angle: np.ndarray, colour: str, name: str) -> None:
     ts = SHOWN[0] + _EVERY * np.arange(angle.size)
     shown = (ts >= SHOWN[0]) & (ts <= SHOWN[1] + DELAY)
-    record = np.degrees(measured)[shown]
+    record = np.degrees(measured[: angle.size])[shown]
     ax.plot(ts[shown] - DELAY, record, ".", color=RECORDED, markersize=2, label=LOST)
     ax.plot(ts[shown], np.degrees(angle)[shown], color=colour, linewidth=1, label=name)
     ax.set(xlim=SHOWN, xlabel="time t [s]", ylabel="angle θ [deg]")

@@ -24,7 +24,7 @@ _CASES = (AT_4_HZ, AT_8_HZ, AT_10_HZ, AT_15_HZ)
 
 def amplitude(hertz: float | np.ndarray) -> np.ndarray:
     """Amplitude of the base in the sweep [m]."""
-    return 10 ** np.polyval(SWEEP, hertz)
+    return np.asarray(10 ** np.polyval(SWEEP, hertz))
 
 
 def figure_4_8() -> Made:
