@@ -6,6 +6,7 @@ import re
 import mpmath
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from command import impactjax
 from impactjax._thesis import constants
@@ -225,3 +226,55 @@ def test_contacts_have_their_known_numbers(table):
     low, high, *_ = ours(table, "4.10", "no chatter")
     assert low > 20
     assert high < 80
+
+
+@thorough
+@pytest.mark.parametrize(
+    ("place", "case"),
+    [(0, (3.32e-3, 0.65, 0.05)), (1, (3.32e-3, 0.6, 0.05)), (2, (33.2e-3, 0.65, 0.05 / 0.071))],
+)
+def test_rest_of_the_kelvin_voigt_contact_against_scipy(table, place, case):
+    """The longest contact at 1 Hz in ms: with r0 = 0.65, with 0.60, and with α in s/rad."""
+    told = table["4.3-1hz"]
+    texts = told[2].ours, told[3].ours, told[2].reason
+    shown = re.findall(r"(\d+\.?\d*) ms", texts[place])[0]
+    assert float(shown) == pytest.approx(1e3 * longest_contact(*case), abs=0.5)
+
+
+def longest_contact(amplitude, r0, alpha, begin=20.0, end=25.0):
+    """Duration of the longest contact after a time at 1 Hz, event by event [s]."""
+    omega, omega0, length = 6.28, 725.0, 0.071
+
+    def flight(t, y):
+        push = amplitude / length * omega**2 * np.cos(omega * t)
+        swing = -2 * 0.0017 * 13.47 * y[1] - 13.47**2 * np.sin(y[0])
+        return np.array([y[1], swing + push * np.cos(y[0])])
+
+    def surface(t, y, gamma):
+        return y[0]
+
+    surface.terminal = True  # pyright: ignore[reportFunctionMemberAccess]  as SciPy asks
+
+    def flow(t, y, gamma):
+        held = 0.0 if gamma is None else omega0**2 * y[0] + 2 * gamma * omega0 * y[1]
+        return flight(t, y) - np.array([0.0, held])
+
+    t, y, gamma, durations = 0.0, np.array([0.2, 0.0]), None, []
+    while t < end:
+        start = y + 1e-9 * flow(t, y, gamma)  # off the surface
+        run = solve_ivp(
+            *(flow, (t + 1e-9, end), start, "DOP853"),
+            args=(gamma,),
+            events=surface,
+            rtol=1e-10,
+            atol=1e-14,
+        )
+        ended, y = run.t[-1], np.array([0.0, run.y[1, -1]])
+        if gamma is None:
+            loss = np.log(r0 + alpha * length * y[1])
+            gamma = -loss / np.hypot(np.pi, loss)
+        else:
+            durations.append(ended - t if t > begin else 0.0)
+            gamma = None
+        t = ended
+    return max(durations)

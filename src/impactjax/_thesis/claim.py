@@ -1,7 +1,11 @@
 """A claim of the thesis, and what a computation says of it."""
 
 import enum
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+Truth: TypeAlias = bool | np.bool_
 
 
 class Verdict(enum.StrEnum):
@@ -31,7 +35,7 @@ class Claim(NamedTuple):
     reason: str = ""
 
 
-def judged(agrees: bool, *, misprint: bool = False) -> Verdict:
+def judged(agrees: Truth, *, misprint: Truth = False) -> Verdict:
     """Verdict on a claim that can be computed: it agrees as printed, it agrees with another reading
     of the print (`misprint`), or it differs.
     """

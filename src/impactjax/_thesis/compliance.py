@@ -101,7 +101,7 @@ def _shift(motion: Motion) -> tuple[Claim, ...]:
             "contact duration does not depend on the speed",
             "independent",
             f"{1e3 * durations.min():.2f} to {1e3 * durations.max():.2f} ms over six impacts",
-            judged(bool(spread < 0.02)),
+            judged(spread < 0.02),
         ),
         Claim(
             "3.4",
@@ -109,7 +109,7 @@ def _shift(motion: Motion) -> tuple[Claim, ...]:
             "tc = π (1/ω − 1/ωn)",
             f"{1e3 * found[0]:.2f} ms from the first interval, {1e3 * found[-1]:.2f} ms from the "
             f"fifth; contact {1e3 * durations[0]:.2f} ms",
-            judged(bool(np.abs(found / durations[0] - 1).max() < 0.1)),
+            judged(np.abs(found / durations[0] - 1).max() < 0.1),
             "a large swing is slower as well: the shift measures the contact only once the "
             "rebounds are small",
         ),
@@ -177,14 +177,14 @@ def figure_3_5() -> Made:
                 "equation 3.29 is a close approximation",
                 "close",
                 f"within {100 * worst.max():.1f} % up to |Z0| = 10",
-                judged(bool(worst.max() < 0.05)),
+                judged(worst.max() < 0.05),
             ),
             Claim(
                 "3.5",
                 "r falls as the speed rises",
                 "falls",
                 f"from {exact[0]:.3f} to {exact[-1]:.3f}, always",
-                judged(bool(np.all(np.diff(exact) < 0))),
+                judged(np.all(np.diff(exact) < 0)),
             ),
             Claim(
                 "3.6",
@@ -229,7 +229,7 @@ def figure_3_6() -> Made:
                 "λ = 0.1 with c = 1000 N s/m² gives the r of the figure, near 0.58",
                 "λ = c/k = 0.1",
                 f"r = {si[0]:.3f} with speeds in m/s, {radian[0]:.3f} in rad/s",
-                judged(bool(abs(si[0] - R) < 0.05), misprint=bool(abs(radian[0] - R) < 0.05)),
+                judged(abs(si[0] - R) < 0.05, misprint=abs(radian[0] - R) < 0.05),
                 "the law was computed with angles in place of lengths: λ is in s/rad",
             ),
             Claim(
@@ -237,7 +237,7 @@ def figure_3_6() -> Made:
                 "r changes too fast with speed for this material",
                 "too aggressive",
                 f"r = {rebounds} at the first four impacts; measured 0.479 to 0.675",
-                judged(bool(radian[3] > 0.675)),
+                judged(radian[3] > 0.675),
             ),
         ),
     )

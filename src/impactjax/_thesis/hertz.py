@@ -65,7 +65,7 @@ def figure_3_7() -> Made:
                 "E = 25.4 MPa, c = 23 match up to the second impact",
                 "matches",
                 f"first r = {si[0]:.3f} with lengths in m, {radian[0]:.3f} with angles in rad",
-                judged(bool(abs(si[0] - R) < 0.05), misprint=bool(abs(radian[0] - R) < 0.05)),
+                judged(abs(si[0] - R) < 0.05, misprint=abs(radian[0] - R) < 0.05),
                 "as in Figure 3.6, the law was computed with angles in place of lengths; with "
                 "Poisson's ratio 0.5, which is not printed",
             ),
@@ -74,7 +74,7 @@ def figure_3_7() -> Made:
                 "the solution diverges after the second impact",
                 "diverges",
                 f"r = {said} at the first three impacts: it falls from impact to impact",
-                judged(bool(radian[2] < radian[0] - 0.02)),
+                judged(radian[2] < radian[0] - 0.02),
             ),
             *_by_speed(),
             Claim(
@@ -116,7 +116,7 @@ def _by_speed() -> tuple[Claim, ...]:
             "r of k x^1.5 + c ẋ falls almost linearly with speed",
             "nearly linear",
             f"{said} at 0.1, 0.3, 0.73 m/s",
-            judged(bool(np.all(np.diff(linear) < 0))),
+            judged(np.all(np.diff(linear) < 0)),
             "it rises with speed, the opposite of what the material shows",
         ),
     )

@@ -69,7 +69,7 @@ def figure_4_3() -> Made:
             "secondary impacts of low velocity",
             "present",
             f"from {1e3 * speeds.max():.0f} mm/s down to {1e3 * np.sort(speeds)[0]:.1g} mm/s",
-            judged(bool(speeds.min() < 0.2 * speeds.max())),
+            judged(speeds.min() < 0.2 * speeds.max()),
         ),
         Claim(
             "4.3",
@@ -93,7 +93,7 @@ def _harmonics(each: Steady) -> Claim:
         "harmonics at multiples of the frequency of the base",
         "at integer multiples",
         f"{100 * share:.4f} % of the power",
-        judged(bool(share > 0.9999)),
+        judged(share > 0.9999),
     )
 
 

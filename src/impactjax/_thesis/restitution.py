@@ -134,7 +134,7 @@ def figure_3_2() -> Made:
                 "piecewise solution from 45 deg against integration",
                 "good match",
                 f"within {apart:.2f} deg over 5 s",
-                judged(bool(apart < 1.0)),
+                judged(apart < 1.0),
             ),
             Claim(
                 "3.2",
