@@ -77,14 +77,6 @@ def figure_3_7() -> Made:
                 judged(radian[2] < radian[0] - 0.02),
             ),
             *_by_speed(),
-            Claim(
-                "3.7",
-                "unit of c in the caption",
-                "N m/s",
-                "N s/m",
-                judged(False, misprint=True),
-                "a force over a speed",
-            ),
         ),
     )
 

@@ -16,10 +16,8 @@ from impactjax._thesis.constants import LENGTH, MASS, OMEGA_N, ZETA, Case
 SAMPLES = 15_000  # of each motion: a record of 15 s at 1 kHz
 PERIODS = 40  # of the base, in the window of `strobe`
 REST = 0.02  # a contact that lasts longer is a rest on the stop; a rebound takes 5 ms [s]
-_ORDER = 11  # of the Taylor series, which suits a tolerance of 1e-8
 _LANES = 24  # in one portion, which fits the processor's cache
 _MAX_STEPS, _MAX_IMPACTS = 16_384, 8_192
-
 
 Column: TypeAlias = np.ndarray | jax.Array
 
@@ -30,14 +28,12 @@ class Lane(NamedTuple):
     - `model`: pendulum and stop.
     - `angle`: angle at the start [rad].
     - `begin`, `every`: first sample and interval of the samples [s].
-    - `tolerance`: error allowed, relative to the motion.
     """
 
     model: ij.ImpactOscillator
     angle: float
     begin: float
     every: float
-    tolerance: float = 1e-8
 
 
 def pendulum(amplitude: float = 0.0, omega: float = 1.0) -> ij.Pendulum:
@@ -138,18 +134,10 @@ def _run(lane: Lane) -> tuple[PyTree, ij.RESULTS]:
         ij.InitialState(lane.angle),
         ts,
         t0=0.0,
-        step=_step(lane.model),
-        tolerance=lane.tolerance,
         max_steps=_MAX_STEPS,
         max_impacts=_MAX_IMPACTS,
     )
     return (ts, found.position, found.velocity, found.impacts, found.rests), found.result
-
-
-def _step(model: ij.ImpactOscillator) -> ij.AbstractStep:
-    """A Taylor step where the law has Taylor series at any exponent."""
-    assert model.lower is not None
-    return ij.RungeKutta() if isinstance(model.lower.law, ij.PowerLaw) else ij.TaylorStep(_ORDER)
 
 
 def period(motion: Motion) -> int:

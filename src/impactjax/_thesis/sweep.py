@@ -64,20 +64,19 @@ class _Diagram(NamedTuple):
     """Steady motions over the frequency.
 
     - `angle`: angle after each period of the base, (frequencies, periods) [rad].
-    - `rests`: true where the mass rests on the stop in each period.
+    - `rests`: true where the mass rests on the stop in the steady motion.
     - `longest`: duration of the longest contact [s].
     - `stuck`: time from which a mass that stays for ever is at rest [s].
-    - `period`: periods of the base after which the motion repeats; 0 if it does not.
     """
 
     angle: np.ndarray
     rests: np.ndarray
     longest: np.ndarray
     stuck: np.ndarray
-    period: np.ndarray
 
 
 def _diagram(law: Law) -> _Diagram:
+    """The steady motions at all frequencies of the sweep."""
     omegas = 2 * np.pi * _FREQUENCIES
     sizes = amplitude(_FREQUENCIES)
     models = [against(law, float(a), float(w)) for a, w in zip(sizes, omegas, strict=True)]
@@ -87,7 +86,6 @@ def _diagram(law: Law) -> _Diagram:
         np.array([np.any(each.rest(each.rests.end) > each.ts[0]) for each in found]),
         np.array([np.max(each.late(each.impacts.duration), initial=0.0) for each in found]),
         np.array([stuck_from(each) for each in found]),
-        np.array([period(each) for each in found]),
     )
 
 
@@ -108,7 +106,9 @@ def figure_4_9() -> Made:
     stuck = np.isfinite(found.stuck)
     flat, low = np.zeros(stuck.sum()), np.full(found.rests.sum(), -3.0)
     ax.plot(_FREQUENCIES[stuck], flat, "s", ms=3, color=OTHER, label="stuck for ever (thesis)")
-    ax.plot(_FREQUENCIES[found.rests], low, "|", ms=6, color=SOFT, label="rests in each period")
+    ax.plot(
+        _FREQUENCIES[found.rests], low, "|", ms=6, color=SOFT, label="rests in the steady motion"
+    )
     named(ax, loc="upper right")
     only, still = stuck & ~found.rests, np.sum(found.angle.max(axis=1) < 1e-3)
     return Made(
@@ -122,7 +122,7 @@ def figure_4_9() -> Made:
                 f"{still} for one that is lifted off",
                 judged(not stuck.any()),
                 f"they are false: at {only.sum()} of them the mass rests in its transient only, at "
-                f"{found.rests.sum()} in each period",
+                f"{found.rests.sum()} in the steady motion, from which it is lifted off",
             ),
             _parallel("4.9", law, "parallel motions", lambda number: number > 1),
         ),
