@@ -2,12 +2,12 @@
 
 import json
 import re
+from pathlib import Path
 
 import jax.numpy as jnp
 import mpmath
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import impactjax as ij
 from command import impactjax
@@ -19,6 +19,7 @@ from impactjax._thesis.motions import Motion, rigid
 from impactjax._thesis.spectrum import exact_peak, peak
 from impactjax._thesis.stuck import stuck_for_ever, stuck_from
 from impactjax._thesis.sweep import figure_4_8
+from longest_contact import longest_contact
 from tiers import quick, thorough
 
 NUMBERS = ["2.3", *(f"3.{n}" for n in range(1, 10)), "4.1", "4.2", "4.3", "4.3-1hz"]
@@ -170,6 +171,15 @@ SEVERAL = {
 """Verdicts on the claims beside each figure."""
 
 
+@quick
+def test_page_has_these_verdicts():
+    """`python docs/thesis.py` writes its table."""
+    page = (Path(__file__).parent.parent / "docs" / "thesis.md").read_text()
+    rows = page.split("<!-- table -->")[1].split("<!-- end of the table -->")[0].splitlines()[3:]
+    found = [row.split(" | ")[-1].removesuffix(" |") for row in rows]
+    assert ", ".join(found) == ", ".join(SEVERAL.values())
+
+
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):
     """The claims beside each figure, by one run of the whole command."""
@@ -252,42 +262,3 @@ def test_rest_of_the_kelvin_voigt_contact_against_scipy(table, place, case):
     texts = told[2].ours, told[3].ours, told[2].reason
     shown = re.findall(r"(\d+\.?\d*) ms", texts[place])[0]
     assert float(shown) == pytest.approx(1e3 * longest_contact(*case), abs=0.5)
-
-
-def longest_contact(amplitude, r0, alpha, begin=20.0, end=25.0):
-    """Duration of the longest contact after a time at 1 Hz, event by event [s]."""
-    omega, omega0, length = 6.28, 725.0, 0.071
-
-    def flight(t, y):
-        push = amplitude / length * omega**2 * np.cos(omega * t)
-        swing = -2 * 0.0017 * 13.47 * y[1] - 13.47**2 * np.sin(y[0])
-        return np.array([y[1], swing + push * np.cos(y[0])])
-
-    def surface(t, y, gamma):
-        return y[0]
-
-    surface.terminal = True  # pyright: ignore[reportFunctionMemberAccess]  as SciPy asks
-
-    def flow(t, y, gamma):
-        held = 0.0 if gamma is None else omega0**2 * y[0] + 2 * gamma * omega0 * y[1]
-        return flight(t, y) - np.array([0.0, held])
-
-    t, y, gamma, durations = 0.0, np.array([0.2, 0.0]), None, []
-    while t < end:
-        start = y + 1e-9 * flow(t, y, gamma)  # off the surface
-        run = solve_ivp(
-            *(flow, (t + 1e-9, end), start, "DOP853"),
-            args=(gamma,),
-            events=surface,
-            rtol=1e-10,
-            atol=1e-14,
-        )
-        ended, y = run.t[-1], np.array([0.0, run.y[1, -1]])
-        if gamma is None:
-            loss = np.log(r0 + alpha * length * y[1])
-            gamma = -loss / np.hypot(np.pi, loss)
-        else:
-            durations.append(ended - t if t > begin else 0.0)
-            gamma = None
-        t = ended
-    return max(durations)
