@@ -12,6 +12,7 @@ from impactjax._cli.fit import fit_command
 from impactjax._cli.identifiability import identifiability_command
 from impactjax._cli.retry_after_abort import attempted
 from impactjax._cli.simulate import simulate_command
+from impactjax._cli.thesis import thesis_command
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -44,6 +45,7 @@ app.command("design")(design_command)
 app.command("fit")(fit_command)
 app.command("identifiability")(identifiability_command)
 app.command("simulate")(simulate_command)
+app.command("thesis")(thesis_command)
 
 
 def main() -> None:
