@@ -78,6 +78,7 @@ def _found(path: Path, refits: int, seed: int) -> Design:
                 made.system.model,
                 criterion,
                 budget=plan.budget,
+                scatter=plan.system.scatter,
                 refits=refits,
                 seed=seed,
                 tell=tell,

@@ -60,7 +60,8 @@ def _of_plan(path: Path) -> str:
     try:
         with telling(path.name) as tell:
             tell("information")
-            told, never = information(made.experiments), list[str]()
+            told = information(made.experiments, scatter=read.system.scatter)
+            never = list[str]()
             if len(made.experiments) == 1:
                 tell("structure at random points")
                 found = structure(made.experiments[0])

@@ -9,7 +9,7 @@ import msgspec
 from impactjax._record.file_error import FileError
 from impactjax._record.sidecar import BaseTable, SensorTable, UpperTable, check_complete
 from impactjax._record.text import read_text
-from impactjax._record.toml_tables import Finite, Positive, line_of, tables_in
+from impactjax._record.toml_tables import LARGEST, Finite, Positive, line_of, tables_in
 from impactjax._sensor.quantity import IMPACT_TIME
 
 DURATION, RATE, IMPACTS = "duration", "rate", "impacts"
@@ -19,12 +19,13 @@ _MOST_SAMPLES, _MOST_IMPACTS = 100_000, 400
 
 
 class PlannedSystem(msgspec.Struct, forbid_unknown_fields=True):
-    """[system]: oscillator and contact law."""
+    """[system]: oscillator and contact law, and the scatter of its restitution."""
 
     law: str
     oscillator: str | None = None
     equilibrium: str | None = None
     separation: str | None = None
+    scatter: Annotated[float, msgspec.Meta(ge=0, le=LARGEST)] = 0.0
 
 
 class PlannedRecording(msgspec.Struct, forbid_unknown_fields=True):
