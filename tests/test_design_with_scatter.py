@@ -5,6 +5,7 @@ tell n such ratios, so that log r has the standard error s/√n.
 """
 
 import dataclasses
+import json
 import math
 
 import jax
@@ -116,9 +117,11 @@ def test_scatter_in_a_plan_file(tmp_path):
     run = impactjax("identifiability", path)
     assert (run.status, run.stderr) == (0, "")
     assert f"Determined: r to {100 * SCATTER / math.sqrt(FACTORS):.2g} %." in run.stdout
-    run = impactjax("design", path, "--refits", "2")
+    run = impactjax("design", path, "--refits", "2", "--out", tmp_path / "new")
     number = math.ceil((1.959964 * SCATTER / 0.005) ** 2 / FACTORS)
     assert f"\n  {number} x experiment\n" in run.stdout
+    assert json.loads((tmp_path / "new" / "design.json").read_text())["scatter"] == SCATTER
+    assert "scatters by 1 % from impact" in (tmp_path / "new" / "design.html").read_text()
 
 
 @quick
