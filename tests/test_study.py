@@ -68,6 +68,18 @@ def test_progress_tells_rate_and_time_left(done):
     )
 
 
+@pytest.mark.parametrize(("terminal", "shown"), [("1", True), ("0", False)])
+def test_progress_is_shown_on_a_terminal_only(terminal, shown, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("TTY_COMPATIBLE", terminal)
+    ij.study(rebound, GRID, tmp_path / "impacts", chunk=12)
+    written = capsys.readouterr()
+    assert written.out == ""
+    assert ("impacts: 35 of 35 lanes" in written.err) == shown
+    assert bool(written.err) == shown
+    ij.study(rebound, GRID, tmp_path / "impacts", chunk=12, progress=lambda now: None)
+    assert capsys.readouterr().err == ""
+
+
 def test_finished_study_is_not_computed_again(done):
     found, folder, _ = done
     before = {path: path.stat().st_mtime_ns for path in folder.iterdir()}

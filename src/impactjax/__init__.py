@@ -156,6 +156,7 @@ from impactjax._problem.scatter import NoScatter as NoScatter
 from impactjax._record.abstract_recording import AbstractRecording as AbstractRecording
 from impactjax._record.impact_times import ImpactTimes as ImpactTimes
 from impactjax._record.planned import planned as planned
+from impactjax._record.planned import planned_impacts as planned_impacts
 from impactjax._record.recording import Recording as Recording
 from impactjax._response.branch import Branch as Branch
 from impactjax._response.branch import SpecialPoint as SpecialPoint

@@ -9,7 +9,6 @@ import typer
 
 from impactjax._cli.files import in_folder, write
 from impactjax._cli.options import Force
-from impactjax._cli.progress import telling
 from impactjax._cli.refusal import Refusal, refusals_told
 from impactjax._design.design import design
 from impactjax._design.from_file import criterion_of, planned_experiments
@@ -17,6 +16,7 @@ from impactjax._design.plan import Design
 from impactjax._record.plan_file import read_plan
 from impactjax._report.design_report import design_texts
 from impactjax._report.write import design_files
+from impactjax._terminal import telling
 
 _REFITS_HELP = "Simulated refits that verify the expected intervals; 0 for none."
 
@@ -78,6 +78,7 @@ def _found(path: Path, refits: int, seed: int) -> Design:
                 made.system.model,
                 criterion,
                 budget=plan.budget,
+                scatter=plan.system.scatter,
                 refits=refits,
                 seed=seed,
                 tell=tell,

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from impactjax._cli.compiler_flags import compiled_programs
 from impactjax._cli.options import Options
-from impactjax._cli.progress import telling
 from impactjax._cli.refusal import Refusal
 from impactjax._cli.trace_cache import kept
 from impactjax._compare.compare import compare_by
@@ -24,6 +23,7 @@ from impactjax._known import known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.problem import Problem
+from impactjax._terminal import telling
 
 _MOST_AT_ONCE = 4  # laws in parallel; each needs a gigabyte to compile
 

@@ -8,7 +8,6 @@ import typer
 
 from impactjax._cli.fitting import compared, prepared_for
 from impactjax._cli.options import SidecarFile, SystemName, options, surveyed
-from impactjax._cli.progress import telling
 from impactjax._cli.refusal import Refusal, check_names, refusals_told
 from impactjax._compare.laws import LAWS, NO_LAW
 from impactjax._compare.oscillators import OSCILLATORS
@@ -23,6 +22,7 @@ from impactjax._number_format import with_error, with_unit
 from impactjax._problem.problem import Problem
 from impactjax._record.plan_file import read_plan
 from impactjax._report.profile_curves import NO_CURVES, curves_of
+from impactjax._terminal import telling
 
 _PLAN = ".toml"
 _LAW_HELP = f"A law to fit to a recording: {NO_LAW}, {', '.join(LAWS)}. May be given several times."
@@ -60,7 +60,8 @@ def _of_plan(path: Path) -> str:
     try:
         with telling(path.name) as tell:
             tell("information")
-            told, never = information(made.experiments), list[str]()
+            told = information(made.experiments, scatter=read.system.scatter)
+            never = list[str]()
             if len(made.experiments) == 1:
                 tell("structure at random points")
                 found = structure(made.experiments[0])

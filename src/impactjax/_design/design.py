@@ -37,6 +37,7 @@ def design(
     budget: Mapping[str, float] | None = None,
     performed: Sequence[Experiment] = (),
     priors: Mapping[str, Normal] | None = None,
+    scatter: float = 0.0,
     refits: int = 100,
     seed: int = 0,
     tell: Tell = lambda _: None,
@@ -47,7 +48,7 @@ def design(
     The choices are covered by points. Numbers of performances are found by additions, removals and
     exchanges; then the continuous choices of the plan are improved by gradient. This is repeated
     until neither helps. Information adds up over performances, each with its own initial state,
-    release and sensor. The noise of a sensor is independent, and restitution does not scatter.
+    release and sensor. The noise of a sensor is independent, and scatter of restitution adds to it.
 
     **Arguments:**
 
@@ -59,6 +60,8 @@ def design(
       "performances". It may be left out for a goal.
     - `performed`: experiments whose recordings exist already; their information counts.
     - `priors`: prior knowledge of parameters of the model.
+    - `scatter`: standard deviation of the logarithm of the speed after each impact [1]; refits draw
+      the factor of each impact, and find it with the parameters.
     - `refits`: number of simulated refits at the first model, which verify the expected precision.
     - `seed`: random seed of their noise.
     - `tell`: called with a few words before each stage.
@@ -79,7 +82,7 @@ def design(
     resource = resource_of(kinds, budget or {})
     points = [Chosen(each, values, 0) for each in kinds for values in each.points()]
     done = [Chosen(_again(each), {}, 1) for each in performed]
-    informed = Informed(possible, _longest(possible[0], [*points, *done]))
+    informed = Informed(possible, _longest(possible[0], [*points, *done]), scatter)
     tell(f"information in {len(points)} candidates")
     informed.check_alike(points[0].candidates, points[0].values)
     good = [each for each in points if np.isfinite(informed.of(each.candidates, each.values)).all()]
@@ -98,7 +101,7 @@ def design(
     found = None
     if refits and motions:
         tell(f"{refits} simulated refits")
-        found = refitted(motions, priors or {}, jax.random.key(seed), refits)
+        found = refitted(motions, priors or {}, jax.random.key(seed), refits, scatter)
     described = _described(question, plan, task, numbers, found)
     return dataclasses.replace(described, refits=refits, impossible=len(points) - len(good))
 
@@ -160,6 +163,7 @@ def _described(
         costs=_costs(plan),
         budget=dict(question.budget),
         least_share=least_price(task, numbers) / price if reached and price > 0 else math.nan,
+        scatter=informed.scatter,
         refits=0,
         failed=0 if found is None else found.failed,
         impossible=0,

@@ -29,6 +29,7 @@ class Informed:
 
     - `models`: the models that are thought possible, in one structure.
     - `length`: number of samples to which all recordings are padded.
+    - `scatter`: standard deviation of the logarithm of the speed after each impact [1].
     - `names`, `units`, `positive`, `values`: names of all parameters found up to now, their units,
       whether they cannot be negative, and their values in each model.
     - `found`: information found up to now.
@@ -36,6 +37,7 @@ class Informed:
 
     models: tuple[ImpactOscillator, ...]
     length: int
+    scatter: float = 0.0
     names: list[str] = dataclasses.field(default_factory=list)
     units: dict[str, str] = dataclasses.field(default_factory=dict)
     positive: dict[str, bool] = dataclasses.field(default_factory=dict)
@@ -78,7 +80,7 @@ class Informed:
 
     def _table(self, model: int, several: Sequence[Experiment]) -> dict[tuple[str, str], float]:
         """Entries of one model's matrix by two names."""
-        told = informed_by([self.padded(each) for each in several])
+        told = informed_by([self.padded(each) for each in several], self.scatter)
         own = np.array(told.of_model)
         names = [name for name, asked in zip(told.names, told.of_model, strict=True) if asked]
         self._learn(model, names, told)

@@ -88,6 +88,7 @@ class Design:
     - `costs`, `budget`: what the plan takes of each resource, and what there is.
     - `least_share`: for a goal that is reached, no plan of these candidates takes less than this
       share of what the plan takes; NaN otherwise.
+    - `scatter`: scatter of restitution that was assumed [1].
     - `refits`, `failed`: number of simulated refits, and of those that found no minimum.
     - `impossible`: number of candidates whose motion cannot be simulated.
     """
@@ -100,6 +101,7 @@ class Design:
     costs: Mapping[str, float]
     budget: Mapping[str, float]
     least_share: float
+    scatter: float
     refits: int
     failed: int
     impossible: int

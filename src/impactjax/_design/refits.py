@@ -1,7 +1,7 @@
 """Verification of a plan by simulated refits."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import jax
@@ -9,12 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Key
 
+from impactjax._design.scattered import scattered
 from impactjax._fit.bootstrap import simulated
 from impactjax._fit.evaluation import evaluate_each
 from impactjax._fit.search import Search, Searches, lowest
 from impactjax._identify.experiment_information import OF_MOTION
 from impactjax._known import AnyArray, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._optimise.minimiser import Minimum
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.joint_problem import JointProblem
@@ -22,7 +24,7 @@ from impactjax._problem.prior import Normal
 from impactjax._problem.problem import Problem
 from impactjax._problem.scatter import NoScatter
 
-_REDUCTION, _DAMPING = 1e-6, 1e-6  # of searches that start close to the minimum
+_CLOSE = LevenbergMarquardt(reduction=1e-6, damping=1e-6)  # starts are close to the minimum
 
 Motion = Sequence[Experiment]  # recordings of one motion
 
@@ -41,23 +43,41 @@ class Refits(NamedTuple):
 
 
 def refitted(
-    motions: Sequence[Motion], priors: Mapping[str, Normal], key: Key[Array, ""], count: int
+    motions: Sequence[Motion],
+    priors: Mapping[str, Normal],
+    key: Key[Array, ""],
+    count: int,
+    scatter: float = 0.0,
 ) -> Refits:
-    """Refits of a plan, from starts at the true values. Prior means are drawn as well."""
+    """Refits of a plan, from starts at the true values. Prior means are drawn as well, and so are
+    the factors of the impacts for scatter of some size.
+    """
     joint = _joint(motions, priors)
-    start, whole = joint.coordinates(known(joint.start)), known(joint.parts((1.0,)))
-    exact = evaluate_each(joint, start, whole, jnp.zeros((), bool)).answer.residuals
-    close = LevenbergMarquardt(reduction=_REDUCTION, damping=_DAMPING)
-    searches = Searches(start[None], np.ones((1, len(start)), bool), whole)
+    refit = _plain(joint)
+    if scatter:
+        places = [number for number, motion in enumerate(motions) for _ in motion]
+        refit = scattered(joint, places, scatter).refit
     rows, failed = [], 0
     for own in jax.random.split(key, count):
-        drawn = simulated(joint, jnp.asarray(exact), own)
-        found = lowest(Search(evaluate_each).minima(drawn, close, searches))
+        found = refit(own)
         if bool(found.converged) and np.isfinite(found.cost):
-            rows.append(np.asarray(joint.at(found.u)))
+            rows.append(np.asarray(joint.at(found.u[: len(joint.names)])))
         else:
             failed += 1
     return Refits(joint.names, np.array(rows).reshape(-1, len(joint.names)), failed)
+
+
+def _plain(joint: JointProblem) -> Callable[[Key[Array, ""]], Minimum]:
+    """Refits with the same restitution at every impact."""
+    start, whole = joint.coordinates(known(joint.start)), known(joint.parts((1.0,)))
+    exact = evaluate_each(joint, start, whole, jnp.zeros((), bool)).answer.residuals
+    searches = Searches(start[None], np.ones((1, len(start)), bool), whole)
+
+    def refit(key: Key[Array, ""]) -> Minimum:
+        drawn = simulated(joint, jnp.asarray(exact), key)
+        return lowest(Search(evaluate_each).minima(drawn, _CLOSE, searches))
+
+    return refit
 
 
 def _joint(motions: Sequence[Motion], priors: Mapping[str, Normal]) -> JointProblem:

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from impactjax._fit.evaluation import Evaluate, answer_at
+from impactjax._fit.evaluation import Evaluate, answer_at, evaluate
 from impactjax._fit.informed_model import informed
 from impactjax._fit.mixed_model import MixedModel, Observed, OwnNoise, mixed_model
 from impactjax._fit.straight import straight
@@ -96,6 +96,22 @@ def around(problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate) 
     none = [np.zeros_like(effect)] * (count - happen)
     effects = np.stack([effect, *known(others), *none], axis=1)
     return Around(residuals, jacobian * slopes, effects, impacts, prior)
+
+
+def around_values(problem: Problem, values: Vector, logs: Effects) -> Around:
+    """The linear model of a recording around values of its parameters, by these themselves, and
+    around some logarithms. If all numbers are known, it is that of the padded problem without the
+    rows of the padding.
+    """
+    own, axes = problem.padded() if is_known(problem) else problem, straight(problem)
+    point, count = around(own, axes.turned(values), logs, evaluate), problem.valid.shape[-1]
+    return Around(
+        known(point.residuals)[:count],
+        known(point.jacobian)[:count] / axes.slopes(axes.turned(values)),
+        known(point.effects)[:count],
+        point.impacts,
+        problem.prior_rows(values),
+    )
 
 
 def residuals_at(

@@ -129,7 +129,7 @@ def _known(
     def minimiser(start: Vector, active: Mask) -> Minimiser[Evaluated | None]:
         objective = Objective(around, _reductions(optimiser, parts, start))
         nothing: Point = Point(start, None, infinite)
-        return Minimiser(optimiser, objective, _bounds(ranges, start, active), nothing)
+        return Minimiser(optimiser, objective, bounds_of(ranges, start, active), nothing)
 
     def at(place: Vector) -> Evaluated:
         return known(jax.block_until_ready(evaluate(record, jnp.asarray(place), parts, no)))
@@ -177,7 +177,7 @@ def _traced(problem: AbstractProblem, optimiser: LevenbergMarquardt, searches: S
         infinite = jax.tree.map(jnp.zeros_like, model)
         infinite = infinite._replace(cost=jnp.full_like(model.cost, jnp.inf))
         nothing = Point(start, answer, infinite)
-        return Minimiser(optimiser, objective, _bounds(problem.ranges(), start, on), nothing)
+        return Minimiser(optimiser, objective, bounds_of(problem.ranges(), start, on), nothing)
 
     def step(arrays: PyTree, lane: tuple[Vector, Mask], state: State) -> State:
         (problem, _, answering) = eqx.combine(arrays, other)
@@ -203,7 +203,8 @@ def _reductions(
     return namespace(start).asarray(each, start.dtype)
 
 
-def _bounds(ranges: Sequence[Range], start: Vector, active: Mask) -> Bounds:
+def bounds_of(ranges: Sequence[Range], start: Vector, active: Mask) -> Bounds:
+    """Limits of a search in coordinates of parameters with some ranges."""
     rows = zip(*map(limits, ranges), strict=True)
     low, high, reach = (namespace(start).asarray(row, start.dtype) for row in rows)
     return Bounds(active, low, high, reach, _usual_moves(ranges, start, reach))

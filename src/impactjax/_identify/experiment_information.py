@@ -6,10 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from impactjax._fit.evaluation import answer_at, evaluate
-from impactjax._fit.linear_scatter import around
+from impactjax._fit.evaluation import answer_at
+from impactjax._fit.linear_scatter import around_values
 from impactjax._fit.mixed_model import whitened
-from impactjax._fit.straight import straight
 from impactjax._fit.synthetic import has_scatter
 from impactjax._identify.directions import Sensitivities
 from impactjax._identify.information import About, Information, informed, scaled
@@ -99,7 +98,7 @@ def _observed(experiment: Experiment, scatter: ArrayLike) -> _Observed:
         )
     effects = None
     if has_scatter(problem, scatter):
-        jacobian, effects = scattered_slopes(problem, values)
+        jacobian, effects = _scattered(problem, values)
     else:
         jacobian = _plain(problem, values)
     xp = namespace(jacobian, variance)
@@ -118,18 +117,14 @@ def _plain(problem: Problem, values: Vector) -> Sensitivities:
     return _existing(answer.residuals, answer.jacobian)[: problem.valid.shape[-1]]
 
 
-def scattered_slopes(problem: Problem, values: Vector) -> tuple[Sensitivities, Effects]:
+def _scattered(problem: Problem, values: Vector) -> tuple[Sensitivities, Effects]:
     """The Jacobian of the observations, and their derivatives by the logarithms of the factors."""
-    own, axes = problem.padded() if is_known(problem) else problem, straight(problem)
-    most = own.impacts
-    if is_known(problem) and not own.recording.observes_impacts:
-        happen = int(answer_at(own, values, logged=True).impacts.count)
-        most = min(padded_size(max(happen, 1)), most)
-    nothing = namespace(values).zeros(most, values.dtype)
-    point = around(own, axes.turned(values), nothing, evaluate)
-    count = problem.valid.shape[-1]
-    jacobian = point.jacobian / axes.slopes(axes.turned(values))
-    return _existing(point.residuals, jacobian)[:count], known(point.effects)[:count]
+    most = problem.padded().impacts if is_known(problem) else problem.impacts
+    point = around_values(problem, values, namespace(values).zeros(most, values.dtype))
+    effects = point.effects
+    if is_known(point) and not problem.recording.observes_impacts:
+        effects = effects[:, : padded_size(max(int(point.impacts.count), 1))]
+    return _existing(point.residuals, point.jacobian), effects
 
 
 def _with_scatter(told: Information, effects: Sequence[Effects], scatter: ArrayLike) -> Information:

@@ -51,6 +51,7 @@ def design_document(found: Design) -> dict[str, Any]:
         "budget": dict(found.budget),
         "least_share": json_number(found.least_share),
         "parameters": {name: _expected(each) for name, each in found.expected.items()},
+        "scatter": found.scatter,
         "refits": found.refits,
         "failed_refits": found.failed,
         "impossible_candidates": found.impossible,

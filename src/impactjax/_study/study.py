@@ -1,5 +1,6 @@
 """The verb `study`: function and design → results in a folder."""
 
+import contextlib
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,9 +20,12 @@ from impactjax._study.manifest import as_text, check_same, manifest_of, read_man
 from impactjax._study.program import LaneFunction, Program, Results, evaluated, traced
 from impactjax._study.progress import Progress
 from impactjax._study.study_result import Study, study_in
+from impactjax._terminal import telling
 
 if TYPE_CHECKING:
     import distributed
+
+Tell = Callable[[Progress], object]
 
 _BLOCKS = 8  # parts of a chunk, each computed at once by one device
 
@@ -35,7 +39,7 @@ def study(
     cost: Callable[..., ArrayLike] | None = None,
     units: Mapping[str, str] | None = None,
     client: "distributed.Client | None" = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Tell | None = None,
 ) -> Study:
     """Results of a function at all points of a design, in a folder that outlives the process.
 
@@ -61,7 +65,7 @@ def study(
     - `units`: units of parameters and results, by name.
     - `client`: client of a Dask cluster, whose workers compute the chunks.
     - `progress`: function that is told the `Progress` at first and after each chunk, such as
-      `print`.
+      `print`. By default a terminal shows it while the study runs.
 
     **Raises** `StudyError` if the folder holds another study (another function, design, or version
     of a library), or if a file cannot be written, `ImportError` without the extra that `client`
@@ -85,7 +89,8 @@ def study(
         if not (path / MANIFEST).exists():
             write(path / MANIFEST, as_text(asked))
         check_same(path, read_manifest(path), asked)
-        notes = _complete(folder_of(path), chunks, found.program, client, progress or _silent)
+        with _telling(path.name, progress) as tell:
+            notes = _complete(folder_of(path), chunks, found.program, client, tell)
     return study_in(path, notes)
 
 
@@ -94,7 +99,7 @@ def _complete(
     chunks: Chunks,
     program: Program,
     client: "distributed.Client | None",
-    tell: Callable[[Progress], object],
+    tell: Tell,
 ) -> tuple[str, ...]:
     """Computes and writes the chunks that a folder lacks. Returns notes about damaged ones."""
     numbers = range(chunks.total)
@@ -118,8 +123,14 @@ def _complete(
     return notes
 
 
-def _silent(_: Progress) -> None:
-    """Says nothing."""
+@contextlib.contextmanager
+def _telling(name: str, progress: Tell | None) -> Iterator[Tell]:
+    """The given function; by default one that shows the progress on a terminal."""
+    if progress is not None:
+        yield progress
+        return
+    with telling(name) as show:
+        yield lambda now: show(str(now))
 
 
 def _check_units(units: Mapping[str, str], names: Sequence[str]) -> None:

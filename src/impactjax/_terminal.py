@@ -3,14 +3,16 @@
 import contextlib
 from collections.abc import Callable, Iterator
 
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
 
 @contextlib.contextmanager
 def telling(name: str) -> Iterator[Callable[[str], None]]:
-    """A function that shows what is done at the moment, beside a name and the elapsed time."""
+    """A function that shows what is done at the moment, beside a name and the elapsed time. Nothing
+    is shown if the standard error is no terminal.
+    """
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
     console = Console(stderr=True)
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
