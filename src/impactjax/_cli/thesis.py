@@ -13,9 +13,9 @@ from rich.table import Table
 
 from impactjax._cli.files import in_folder, write
 from impactjax._cli.options import Force
-from impactjax._cli.progress import telling
 from impactjax._cli.refusal import Refusal, refusals_told
 from impactjax._report.thesis_report import picture_name, thesis_texts
+from impactjax._terminal import telling
 from impactjax._thesis.claim import Claim
 from impactjax._thesis.drawing import Made
 from impactjax._thesis.figures import FIGURES
