@@ -50,7 +50,8 @@ class FreshStarts(AbstractSweep):
 
 class WithMemory(AbstractSweep):
     """Each value starts where the one before has ended, so that the motion follows a branch as far
-    as it is stable. The order of the values is the direction of the sweep.
+    as it is stable. The order of the values is the direction of the sweep. An oscillator ends with
+    its last whole step, so that the value changes up to a step before the end of a period.
     """
 
     def sections(

@@ -126,7 +126,7 @@ class OscillatorSampler(AbstractSampler):
             run = simulate(
                 model,
                 carry.state,
-                start.point.t + period * numbers,
+                period * numbers,
                 step=self.step,
                 tolerance=self.tolerance,
                 max_steps=self.counts.steps,
@@ -139,12 +139,19 @@ class OscillatorSampler(AbstractSampler):
         firsts = jnp.arange(0, count, _PERIODS, dtype=value.dtype)
         (final, result), states = jax.lax.scan(several, _Carry(start, RESULTS.successful), firsts)
         x, v = (each.ravel()[self.counts.skip : count] for each in states)
-        good, at = result == RESULTS.successful, start.point.t
-        ended = dataclasses.replace(final, point=final.point._replace(t=at), origin=at, begun=at)
+        good = result == RESULTS.successful
+        ended = _earlier(final, period * (firsts.size * _PERIODS))
         return Sampled({"position": x, "velocity": v}, _chosen(good, ended, start), result)
 
     def side_by_side(self, values: Float[Array, " values"], start: PyTree) -> Sampled:
         return jax.lax.map(lambda value: self(value, start), values, batch_size=_TOGETHER)
+
+
+def _earlier(state: LaneState, time: Scalar) -> LaneState:
+    """The same state at an earlier time."""
+    point = state.point._replace(t=state.point.t - time)
+    origin, begun = state.origin - time, state.begun - time
+    return dataclasses.replace(state, point=point, origin=origin, begun=begun)
 
 
 def system_sampler(
