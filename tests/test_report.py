@@ -107,9 +107,15 @@ def test_page_contains_all_numbers_and_verdicts(text, fits):
             assert name in plain
             assert estimate.quoted(name) in plain
             assert interval(float(estimate.low[i]), float(estimate.high[i]), error) in plain
-    words = ("identified", "one-sided", "not identified", "converged", "seed 7", "rad/s", NO_CURVES)
+    words = ("identified", "one-sided", "not identified", "converged", "seed 7", "rad/s")
     for word in words:
         assert word in plain
+
+
+def test_page_says_that_a_fit_with_scatter_has_no_profiles(text, fits):
+    asked = page(fits, "impactjax fit", curves={each.name: {} for each in fits})
+    assert asked.count(NO_CURVES) == 1
+    assert NO_CURVES not in text
 
 
 @needs_browser
