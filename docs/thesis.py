@@ -31,15 +31,9 @@ def main() -> None:
 def table(claims: Mapping[str, Sequence[Claim]]) -> str:
     """The claims as a table in Markdown."""
     lines = ["| figure | claim | thesis | computed | verdict |", "|---|---|---|---|---|"]
-    lines += [row(claim) for each in claims.values() for claim in each]
+    for claim in (claim for each in claims.values() for claim in each):
+        lines.append("| " + " | ".join(cell.replace("|", r"\|") for cell in claim.row()) + " |")
     return "\n".join(lines) + "\n"
-
-
-def row(claim: Claim) -> str:
-    """A row of the table."""
-    computed = f"{claim.ours}; {claim.reason}" if claim.reason else claim.ours
-    cells = claim.figure, claim.said, claim.thesis, computed, claim.verdict
-    return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"
 
 
 if __name__ == "__main__":

@@ -95,7 +95,5 @@ def _print(claims: Sequence[Claim]) -> None:
     for heading in ("figure", "claim", "thesis", "computed", "verdict"):
         table.add_column(heading, no_wrap=heading in ("figure", "verdict"))
     for claim in claims:
-        computed = f"{claim.ours}; {claim.reason}" if claim.reason else claim.ours
-        cells = claim.figure, claim.said, claim.thesis, computed, claim.verdict
-        table.add_row(*map(escape, cells))
+        table.add_row(*map(escape, claim.row()))
     console.print(table, highlight=False)

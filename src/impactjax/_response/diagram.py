@@ -91,7 +91,6 @@ def diagram(
     sweep: AbstractSweep = FreshStarts(),
     keep: int = 64,
     skip: int = 300,
-    max_steps: int = 4096,
     repeats: float = 1e-6,
     tolerance: ArrayLike | None = None,
     step: AbstractMethod | AbstractStep | None = None,
@@ -107,7 +106,6 @@ def diagram(
     - `values`: values of the parameter.
     - `sweep`: `FreshStarts()`, or `WithMemory()` for a sweep in the order of the values.
     - `keep`, `skip`: numbers of periods of the force that are kept, and left out before them.
-    - `max_steps`: largest number of steps of an oscillator in 8 periods of the force.
     - `repeats`: largest difference of states that are the same, in units of the largest state.
     - `tolerance`, `step`: as for `solve`, or `simulate`.
 
@@ -116,10 +114,9 @@ def diagram(
     """
     check_kind("sweep", sweep, AbstractSweep, "WithMemory()")
     keep, skip = whole("keep", keep, least=2), whole("skip", skip, least=0)
-    steps = whole("max_steps", max_steps)
     swept = jnp.atleast_1d(jnp.asarray(real("values", values), float))
     make = oscillator_sampler if isinstance(system, ImpactOscillator) else system_sampler
-    run, begun = make(system, start, period, where, Counts(keep, skip, steps), tolerance, step)
+    run, begun = make(system, start, period, where, Counts(keep, skip), tolerance, step)
     return _swept(sweep, run, begun, swept, jnp.asarray(repeats, float))
 
 

@@ -28,20 +28,18 @@ from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.lane_state import LaneState, lane_state_at
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.step import AbstractStep
-from impactjax._types import Flag, Samples, Scalar
+from impactjax._types import Code, Flag, Scalar
 
-_PERIODS = 8  # of one run of an oscillator: a portion
+_ROWS = 256  # steps of an oscillator in one run, which the next one goes on
+_MOST = 256  # runs in a period, after which a lane is given up
 _TOGETHER = 20  # lanes: what they need together fits into the cache
 
 
 class Counts(NamedTuple):
-    """Numbers of periods that are kept, and left out before them, and the largest number of steps
-    of an oscillator in a portion of periods.
-    """
+    """Numbers of periods that are kept, and left out before them."""
 
     keep: int
     skip: int
-    steps: int
 
 
 class Sampled(NamedTuple):
@@ -99,9 +97,14 @@ class SystemSampler(AbstractSampler):
         return jax.vmap(lambda value: self(value, start))(values)
 
 
-class _Carry(NamedTuple):
+class _Reached(NamedTuple):
+    """An oscillator on the way to the end of a period, and its position and velocity there."""
+
     state: LaneState
     result: RESULTS
+    runs: Code
+    position: Scalar
+    velocity: Scalar
 
 
 class OscillatorSampler(AbstractSampler):
@@ -115,33 +118,40 @@ class OscillatorSampler(AbstractSampler):
     counts: Counts = eqx.field(static=True)
 
     def __call__(self, value: Scalar, start: PyTree) -> Sampled:
-        model = with_value(self.model, self.place, value)
-        period, count = (
-            jnp.asarray(self.force(model), value.dtype),
-            self.counts.skip + self.counts.keep,
-        )
+        model, (keep, skip) = with_value(self.model, self.place, value), self.counts
+        period, unknown = jnp.asarray(self.force(model), value.dtype), jnp.full_like(value, jnp.nan)
 
-        def several(carry: _Carry, first: Scalar) -> tuple[_Carry, tuple[Samples, Samples]]:
-            numbers = first + 1 + jnp.arange(_PERIODS, dtype=value.dtype)
-            run = simulate(
-                model,
-                carry.state,
-                period * numbers,
-                step=self.step,
-                tolerance=self.tolerance,
-                max_steps=self.counts.steps,
-                max_impacts=self.counts.steps,
+        def to_end(before: _Reached, number: Scalar) -> tuple[_Reached, tuple[Scalar, Scalar]]:
+            """Runs the motion to the end of a period, if it has not failed before."""
+            good = before.result == RESULTS.successful
+            waits = RESULTS.where(good, RESULTS.max_steps_reached, before.result)
+            reached = jax.lax.while_loop(
+                lambda now: (now.result == RESULTS.max_steps_reached) & (now.runs < most),
+                lambda now: self._further(model, now, period * number),
+                _Reached(before.state, waits, jnp.int32(0), unknown, unknown),
             )
-            good = carry.result == RESULTS.successful
-            states = jnp.where(good, run.position, jnp.nan), jnp.where(good, run.velocity, jnp.nan)
-            return _Carry(run.final, RESULTS.where(good, run.result, carry.result)), states
+            return reached, (reached.position, reached.velocity)
 
-        firsts = jnp.arange(0, count, _PERIODS, dtype=value.dtype)
-        (final, result), states = jax.lax.scan(several, _Carry(start, RESULTS.successful), firsts)
-        x, v = (each.ravel()[self.counts.skip : count] for each in states)
-        good = result == RESULTS.successful
-        ended = _earlier(final, period * (firsts.size * _PERIODS))
-        return Sampled({"position": x, "velocity": v}, _chosen(good, ended, start), result)
+        most = min(_MOST * (skip + 1), np.iinfo(np.int32).max)
+        begin = _Reached(start, RESULTS.successful, jnp.int32(0), unknown, unknown)
+        numbers = jnp.arange(skip + 1, skip + keep + 1, dtype=value.dtype)
+        reached, (x, v) = jax.lax.scan(to_end, begin, numbers)
+        good = reached.result == RESULTS.successful
+        ended = _earlier(reached.state, period * (skip + keep))
+        return Sampled({"position": x, "velocity": v}, _chosen(good, ended, start), reached.result)
+
+    def _further(self, model: ImpactOscillator, now: _Reached, end: Scalar) -> _Reached:
+        """The motion some steps further, at most to the end of a period."""
+        run = simulate(
+            model,
+            now.state,
+            end[None],
+            step=self.step,
+            tolerance=self.tolerance,
+            max_steps=_ROWS,
+            max_impacts=_ROWS,
+        )
+        return _Reached(run.final, run.result, now.runs + 1, run.position[0], run.velocity[0])
 
     def side_by_side(self, values: Float[Array, " values"], start: PyTree) -> Sampled:
         return jax.lax.map(lambda value: self(value, start), values, batch_size=_TOGETHER)

@@ -6,8 +6,7 @@ import impactjax as ij
 from impactjax._thesis.claim import Claim, Verdict, judged
 from impactjax._thesis.constants import AT_10_HZ, LENGTH, RECORD, Case
 from impactjax._thesis.drawing import Made
-from impactjax._thesis.hybrid import soft_system
-from impactjax._thesis.motions import rigid
+from impactjax._thesis.motions import rigid, soft
 from impactjax._thesis.steady import compared, steady
 
 _PEAKS = (4.2, 4.0, 3.7333, 1.0, 3.1333, 3.3333)  # printed in Figures 4.1 to 4.7 [Hz]
@@ -68,7 +67,7 @@ def figure_4_7() -> Made:
 
 def _exponent(case: Case) -> tuple[float, float]:
     """The largest Lyapunov exponent with the Kelvin-Voigt contact and its standard error [1/s]."""
-    system, start = soft_system(case)
-    interval = 2 * math.pi / case.omega
+    system = ij.MechanicalSystem(ij.OscillatorMechanism(soft(case)))
+    start, interval = system.start(0.0, [0.2], [0.0]), 2 * math.pi / case.omega
     found = ij.lyapunov(system, start, interval, count=4000, settle=200)
     return float(found.values[0]), float(found.errors[0])

@@ -152,7 +152,7 @@ def figure_4_4() -> Made:
                 "4.4",
                 "peaks between impacts approach zero rapidly",
                 "rapidly",
-                f"each is {said} of the one before; r² = 0.36",
+                f"each is {said} of the one before; r² = {case.soft[1] ** 2:.2f}",
                 judged(np.all(ratios < 0.5)),
             ),
             Claim(
@@ -242,7 +242,7 @@ def figure_4_6() -> Made:
         ax.set(xlim=(20.4, 20.9))
         named(ax)
     rises = (3 * math.pi / 2 + 20 * 2 * math.pi) / SAME_R0.omega
-    by_sine = 20 * 2 * math.pi / SAME_R0.omega
+    by_sine, next_one = (periods * 2 * math.pi / SAME_R0.omega for periods in (20, 21))
     return Made(
         drawn,
         (
@@ -257,7 +257,7 @@ def figure_4_6() -> Made:
                 "4.6",
                 "the base moves the pendulum by sin Ωt, equation 2.10",
                 "sin Ωt",
-                f"sin Ωt releases at {by_sine:.2f} or 21.02 s, cos Ωt at {rises:.2f} s",
+                f"sin Ωt releases at {by_sine:.2f} or {next_one:.2f} s, cos Ωt at {rises:.2f} s",
                 judged(20.4 < by_sine < 20.9, misprint=20.4 < rises < 20.9),
                 "the figure shows the release between 20.4 and 20.9 s: the computation had the "
                 "cosine of the text",

@@ -34,6 +34,11 @@ class Claim(NamedTuple):
     verdict: Verdict
     reason: str = ""
 
+    def row(self) -> tuple[str, str, str, str, str]:
+        """The cells of a table with five columns; the reason stands beside our value."""
+        computed = f"{self.ours}; {self.reason}" if self.reason else self.ours
+        return self.figure, self.said, self.thesis, computed, self.verdict
+
 
 def judged(agrees: Truth, *, misprint: Truth = False) -> Verdict:
     """Verdict on a claim that can be computed: it agrees as printed, it agrees with another reading

@@ -25,10 +25,11 @@ from impactjax._thesis.constants import (
     damping_of,
     restitution_of,
 )
-from impactjax._thesis.drawing import OTHER, RIGID, SOFT, Made, named, panels, zero
+from impactjax._thesis.drawing import RIGID, SOFT, Made, named, panels, zero
 from impactjax._thesis.motions import Motion, runs, transient
 from impactjax._thesis.record import material, recorded, sensor
-from impactjax._thesis.restitution import draw_record, peaks
+from impactjax._thesis.restitution import peaks
+from impactjax._thesis.transients import draw_record, two_readings
 
 
 def figure_3_4() -> Made:
@@ -205,20 +206,11 @@ def _walton(sizes: np.ndarray | jax.Array) -> np.ndarray | jax.Array:
 
 def figure_3_6() -> Made:
     """Comparison of experimental results with the nonlinear lumped parameter model."""
-    (true,) = runs([transient(material(), RELEASE, 1.5)])
     readings = {
         "speeds in m/s": ij.PowerLaw(WALTON_K, WALTON_C, 1.0, 1.0, 1.0),
         "speeds in rad/s": ij.PowerLaw(WALTON_K, WALTON_C / LENGTH, 1.0, 1.0, 1.0),
     }
-    motions = runs([transient(law, RELEASE, 1.5) for law in readings.values()])
-    drawn, (ax,) = panels(1, 1, 3.6)
-    draw_record(ax, true)
-    for name, motion, colour in zip(readings, motions, (OTHER, SOFT), strict=True):
-        label = f"Walton, {name}"
-        ax.plot(motion.ts, np.degrees(motion.position), color=colour, linewidth=1, label=label)
-    ax.set(xlabel="time t [s]", ylabel="angle θ [deg]", xlim=(0, 1.4), ylim=(-3, 48))
-    zero(ax)
-    named(ax, ncols=3, loc="upper right")
+    drawn, motions = two_readings("Walton", readings, shown=1.4, columns=3)
     si, radian = (each.happened(each.impacts.restitution)[:4] for each in motions)
     rebounds = ", ".join(f"{each:.2f}" for each in radian)
     return Made(

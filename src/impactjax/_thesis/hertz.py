@@ -19,10 +19,11 @@ from impactjax._thesis.constants import (
     R,
     restitution_of,
 )
-from impactjax._thesis.drawing import OTHER, RIGID, SOFT, Made, named, panels, shared, zero
+from impactjax._thesis.drawing import OTHER, RIGID, SOFT, Made, panels, shared, zero
 from impactjax._thesis.motions import Lane, runs, transient
 from impactjax._thesis.record import material
-from impactjax._thesis.restitution import constant, draw_record
+from impactjax._thesis.restitution import constant
+from impactjax._thesis.transients import draw_record, two_readings
 
 _SPEEDS = (0.1, 0.3, 0.73)  # from a slow impact to the first one from 45 deg [m/s]
 
@@ -44,17 +45,8 @@ def in_angles() -> ij.PowerLaw:
 
 def figure_3_7() -> Made:
     """Comparison of experimental results with the damped Hertzian model."""
-    (true,) = runs([transient(material(), RELEASE, 1.5)])
     laws = {"lengths in m": dashpot(stiffness()), "angles in rad": in_angles()}
-    motions = runs([transient(law, RELEASE, 1.5) for law in laws.values()])
-    drawn, (ax,) = panels(1, 1, 3.6)
-    draw_record(ax, true)
-    for name, motion, colour in zip(laws, motions, (OTHER, SOFT), strict=True):
-        label = f"Hertz and dashpot, {name}"
-        ax.plot(motion.ts, np.degrees(motion.position), color=colour, linewidth=1, label=label)
-    ax.set(xlabel="time t [s]", ylabel="angle θ [deg]", xlim=(0, 1), ylim=(-3, 48))
-    zero(ax)
-    named(ax, loc="upper right")
+    drawn, motions = two_readings("Hertz and dashpot", laws, shown=1.0, columns=1)
     si, radian = (each.happened(each.impacts.restitution)[:3] for each in motions)
     said = ", ".join(f"{each:.2f}" for each in radian)
     return Made(

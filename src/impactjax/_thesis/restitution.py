@@ -6,13 +6,14 @@ import numpy as np
 
 import impactjax as ij
 from impactjax._thesis.claim import Claim, Verdict, judged
-from impactjax._thesis.constants import LENGTH, OMEGA_N, RELEASE, SAMPLING, ZETA, R
-from impactjax._thesis.drawing import OTHER, RECORDED, RIGID, SOFT, Made, named, panels, zero
+from impactjax._thesis.constants import LENGTH, OMEGA_N, RELEASE, ZETA, R
+from impactjax._thesis.drawing import OTHER, RIGID, SOFT, Made, named, panels, zero
 from impactjax._thesis.motions import Motion, runs, transient
-from impactjax._thesis.record import DELAY, LOST, material, recorded
+from impactjax._thesis.record import material
+from impactjax._thesis.transients import draw_record
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 _SIMULATED = 0.60  # restitution of Figure 3.1
 _FIRST = 0.3  # first peak of Figure 3.1 [rad]
@@ -182,15 +183,6 @@ def figure_3_3() -> Made:
             ),
         ),
     )
-
-
-def draw_record(ax: "Axes", true: Motion) -> None:
-    """The stand-in for the measured transient, at the thesis's sampling and without the delay of
-    its filter.
-    """
-    every = round(1 / SAMPLING / (true.ts[1] - true.ts[0]))
-    shown = np.degrees(recorded(true))
-    ax.plot(true.ts[::every] - DELAY, shown[::every], ".", color=RECORDED, markersize=3, label=LOST)
 
 
 def peaks(motion: Motion) -> np.ndarray:

@@ -178,5 +178,5 @@ def _parallel(figure: str, law: Law, thesis: str, agrees: Callable[[int], bool])
         thesis,
         f"from 24 starts at 13 Hz {len(kinds)} motion, of period {periods}",
         judged(agrees(len(kinds))),
-        "with both laws a single motion of period 3, which is three points of the diagram",
+        "a motion of period 3 is three points of the diagram, not three branches",
     )
