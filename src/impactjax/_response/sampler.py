@@ -30,7 +30,7 @@ from impactjax._simulate.simulate import simulate
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Code, Flag, Scalar
 
-_ROWS = 256  # steps of an oscillator in one run, which the next one goes on
+_ROWS = 64  # steps of an oscillator in one run, which the next one goes on
 _MOST = 256  # runs in a period, after which a lane is given up
 _TOGETHER = 20  # lanes: what they need together fits into the cache
 
