@@ -2,10 +2,12 @@
 
 import re
 import shutil
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
+import jax
 import pytest
 
 from tiers import mostly_thorough
@@ -65,6 +67,13 @@ def assert_same_output(printed: str, promised: str) -> None:
     assert NUMBER.sub("#", printed).split() == NUMBER.sub("#", promised).split()
     for number, other in zip(NUMBER.findall(printed), NUMBER.findall(promised), strict=True):
         assert float(number) == pytest.approx(float(other), rel=2e-3)
+
+
+@pytest.fixture(autouse=True)
+def _no_programs_left() -> Iterator[None]:
+    """Clears compiled programs after each page: all pages together have too many."""
+    yield
+    jax.clear_caches()
 
 
 WITH_PYTHON = [page for page in PAGES if programs(page.read_text())]
