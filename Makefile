@@ -1,6 +1,6 @@
 PYTHON ?= python3
 BIN := .venv/bin
-PYTEST := $(BIN)/pytest -n 2 --dist loadfile
+PYTEST := $(BIN)/pytest -n 2 --dist worksteal
 
 .PHONY: demo quick capabilities test rest test-all lowest project-files clean
 .DELETE_ON_ERROR:
