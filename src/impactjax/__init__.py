@@ -158,6 +158,9 @@ from impactjax._record.impact_times import ImpactTimes as ImpactTimes
 from impactjax._record.planned import planned as planned
 from impactjax._record.planned import planned_impacts as planned_impacts
 from impactjax._record.recording import Recording as Recording
+from impactjax._response.basins import Attractor as Attractor
+from impactjax._response.basins import Basins as Basins
+from impactjax._response.basins import basins as basins
 from impactjax._response.branch import Branch as Branch
 from impactjax._response.branch import SpecialPoint as SpecialPoint
 from impactjax._response.diagram import AbstractSweep as AbstractSweep

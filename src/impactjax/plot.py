@@ -14,6 +14,7 @@ from impactjax._report.repeats_figure import plot_repeats as repeats
 from impactjax._report.residual_figures import plot_autocorrelation as autocorrelation
 from impactjax._report.residual_figures import plot_impact_residuals as impact_residuals
 from impactjax._report.residual_figures import plot_quantiles as quantiles
+from impactjax._report.response_figures import plot_basins as basins
 from impactjax._report.response_figures import plot_branch as branch
 from impactjax._report.response_figures import plot_diagram as diagram
 from impactjax._report.restitution_figure import plot_learned_restitution as learned_restitution
@@ -23,6 +24,7 @@ from impactjax._report.search_figures import plot_starts as starts
 
 __all__ = [
     "autocorrelation",
+    "basins",
     "branch",
     "check",
     "correlation",

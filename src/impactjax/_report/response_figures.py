@@ -1,4 +1,4 @@
-"""Figures of branches of periodic orbits and of bifurcation diagrams."""
+"""Figures of branches of periodic orbits, of bifurcation diagrams, and of basins of attraction."""
 
 from typing import TYPE_CHECKING
 
@@ -6,6 +6,8 @@ import numpy as np
 from jaxtyping import ArrayLike, Bool, Float
 
 from impactjax._report.style import FITTED, OTHER
+from impactjax._response.attractors import NONE
+from impactjax._response.basins import Basins
 from impactjax._response.branch import Branch
 from impactjax._response.diagram import Diagram
 
@@ -73,4 +75,28 @@ def plot_diagram(ax: "Axes", found: Diagram, states: ArrayLike) -> "Axes":
     columns = np.asarray(states)
     values = np.broadcast_to(np.asarray(found.values)[:, None], columns.shape)
     ax.plot(values.ravel(), columns.ravel(), ",", color=OTHER)
+    return ax
+
+
+def plot_basins(ax: "Axes", found: Basins, across: ArrayLike, along: ArrayLike) -> "Axes":
+    """Basins of attraction: the start of each motion in the colour of its attractor, black where it
+    approaches none.
+
+    **Arguments:**
+
+    - `ax`: axes to draw on.
+    - `found`: result of `basins`.
+    - `across`, `along`: the numbers of its starts to draw, such as their angles and velocities.
+    """
+    names = range(len(found.attractors))
+    colours = [f"C{name % 10}" for name in names]
+    for name, colour, label in (
+        *((name, colours[name], f"period {found.attractors[name].period}") for name in names),
+        (NONE, "black", "none"),
+    ):
+        own = found.attractor == name
+        if np.any(own):
+            x, y = np.asarray(across)[own], np.asarray(along)[own]
+            ax.plot(x, y, "s", color=colour, markersize=1.5, label=label)
+    ax.legend(loc="upper right", markerscale=4, fontsize="small")
     return ax

@@ -10,42 +10,51 @@ from jaxtyping import Array, ArrayLike, Float, Int, PyTree
 from impactjax._hybrid.arguments import real
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.method import AbstractMethod
-from impactjax._hybrid.numbers import packed
 from impactjax._hybrid.system import HybridSystem, State
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._refusal import check_kind, whole
-from impactjax._response.parameter import Where
+from impactjax._response.parameter import Where, place_of, with_value
 from impactjax._response.period import Period
-from impactjax._response.sampler import (
-    AbstractSampler,
-    Counts,
-    Sampled,
-    oscillator_sampler,
-    system_sampler,
-)
+from impactjax._response.portions import in_portions
+from impactjax._response.repetition import periods_of, rows_of
+from impactjax._response.sampler import Counts, Forced, Sampled, forced
 from impactjax._results import RESULTS
 from impactjax._simulate.step import AbstractStep
-from impactjax._types import Code, Numbers, Scalar
+from impactjax._types import Numbers, Scalar
+
+
+class Swept(eqx.Module):
+    """A forced system as a function of one of its parameters."""
+
+    forced: Forced
+    place: int = eqx.field(static=True)
+
+    def begun(self, value: Scalar) -> PyTree:
+        """The start of a motion at one value."""
+        return self.forced.run.begun(self._at(value), self.forced.start)
+
+    def states(self, value: Scalar, begun: PyTree) -> Sampled:
+        """The states at one value."""
+        return self.forced.run(self._at(value), begun)
+
+    def _at(self, value: Scalar) -> eqx.Module:
+        return with_value(self.forced.system, self.place, value)
 
 
 class AbstractSweep(eqx.Module):
     """Rule for the start at each value of a sweep."""
 
     @abc.abstractmethod
-    def sections(
-        self, run: AbstractSampler, start: PyTree, values: Float[Array, " values"]
-    ) -> Sampled:
+    def sections(self, swept: Swept, values: Float[Array, " values"]) -> Sampled:
         """The states at all values."""
 
 
 class FreshStarts(AbstractSweep):
-    """The same start at each value: all run side by side."""
+    """The same start at each value: all run side by side, on all processors."""
 
-    def sections(
-        self, run: AbstractSampler, start: PyTree, values: Float[Array, " values"]
-    ) -> Sampled:
-        return run.side_by_side(values, start)
+    def sections(self, swept: Swept, values: Float[Array, " values"]) -> Sampled:
+        return in_portions(_side_by_side, swept, values)
 
 
 class WithMemory(AbstractSweep):
@@ -54,14 +63,25 @@ class WithMemory(AbstractSweep):
     its last whole step, so that the value changes up to a step before the end of a period.
     """
 
-    def sections(
-        self, run: AbstractSampler, start: PyTree, values: Float[Array, " values"]
-    ) -> Sampled:
-        def one(start: PyTree, value: Scalar) -> tuple[PyTree, Sampled]:
-            found = run(value, start)
-            return found.following, found
+    def sections(self, swept: Swept, values: Float[Array, " values"]) -> Sampled:
+        return _one_after_another(swept, values)
 
-        return jax.lax.scan(one, start, values)[1]
+
+@eqx.filter_jit
+def _side_by_side(swept: Swept, values: Float[Array, " values"]) -> Sampled:
+    def motion(value: Scalar) -> Sampled:
+        return swept.states(value, swept.begun(value))
+
+    return swept.forced.run.side_by_side(motion, values)
+
+
+@eqx.filter_jit
+def _one_after_another(swept: Swept, values: Float[Array, " values"]) -> Sampled:
+    def one(begun: PyTree, value: Scalar) -> tuple[PyTree, Sampled]:
+        found = swept.states(value, begun)
+        return found.following, found
+
+    return jax.lax.scan(one, swept.begun(values[0]), values)[1]
 
 
 class Diagram(eqx.Module):
@@ -114,27 +134,13 @@ def diagram(
     """
     check_kind("sweep", sweep, AbstractSweep, "WithMemory()")
     keep, skip = whole("keep", keep, least=2), whole("skip", skip, least=0)
-    swept = jnp.atleast_1d(jnp.asarray(real("values", values), float))
-    make = oscillator_sampler if isinstance(system, ImpactOscillator) else system_sampler
-    run, begun = make(system, start, period, where, Counts(keep, skip), tolerance, step)
-    return _swept(sweep, run, begun, swept, jnp.asarray(repeats, float))
-
-
-@eqx.filter_jit
-def _swept(
-    sweep: AbstractSweep, run: AbstractSampler, start: PyTree, values: Array, repeats: Scalar
-) -> Diagram:
-    found = sweep.sections(run, start, values)
-    rows = jax.vmap(jax.vmap(packed))(found.states)
-    period = jax.vmap(lambda states: period_of(states, repeats))(rows)
-    return Diagram(values, found.states, period, found.result)
-
-
-def period_of(states: Float[Array, "keep numbers"], repeats: Scalar) -> Code:
-    """The least number of rows after which rows repeat, at most half of them; 0 if they do not."""
-    count = states.shape[0]
-    size = jnp.max(jnp.abs(states), axis=0)
-    scaled = states / jnp.where(size > 0, size, 1.0)
-    later = [jnp.max(jnp.abs(scaled[lag:] - scaled[:-lag])) for lag in range(1, count // 2 + 1)]
-    same = jnp.stack(later) <= repeats
-    return jnp.where(jnp.any(same), jnp.argmax(same) + 1, 0).astype(jnp.int32)
+    at = jnp.atleast_1d(jnp.asarray(real("values", values), float))
+    if at.ndim != 1 or not at.size:
+        raise ValueError(
+            f"Argument `values` must be a row of numbers, but its shape is {at.shape}."
+        )
+    own = forced(system, start, period, Counts(keep, skip), tolerance, step)
+    found = sweep.sections(Swept(own, place_of(own.system, where)), at)
+    rows = rows_of(found.states)
+    sizes = jnp.max(jnp.abs(rows), axis=1, keepdims=True)
+    return Diagram(at, found.states, periods_of(rows, sizes, repeats), found.result)

@@ -1,14 +1,15 @@
-"""Stroboscopic states of a motion at one value of a parameter."""
+"""Stroboscopic states of forced motions."""
 
 import abc
 import dataclasses
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float, PyTree
+from jaxtyping import ArrayLike, PyTree
 
 from impactjax._hybrid.arguments import as_tolerance
 from impactjax._hybrid.ends import as_start, with_arrays
@@ -20,7 +21,6 @@ from impactjax._hybrid.system import HybridSystem, State
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._refusal import of_kind
-from impactjax._response.parameter import Where, place_of, with_value
 from impactjax._response.period import Force, Period, as_function
 from impactjax._results import RESULTS
 from impactjax._simulate.arguments import check_start
@@ -29,6 +29,8 @@ from impactjax._simulate.lane_state import LaneState, lane_state_at
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Code, Flag, Scalar
+
+System = TypeVar("System", bound=eqx.Module)
 
 _ROWS = 64  # steps of an oscillator in one run, which the next one goes on
 _MOST = 256  # runs in a period, after which a lane is given up
@@ -43,10 +45,10 @@ class Counts(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """Stroboscopic states at one value.
+    """Stroboscopic states of a motion.
 
     - `states`: states after each period of the force.
-    - `following`: start at the next value.
+    - `following`: start of a motion that goes on from there.
     - `result`: result code.
     """
 
@@ -55,34 +57,40 @@ class Sampled(NamedTuple):
     result: RESULTS
 
 
-class AbstractSampler(eqx.Module):
-    """A forced system as a function of one of its parameters."""
+class AbstractSampler(eqx.Module, Generic[System]):
+    """Forced systems of one kind, which run from period to period."""
 
     @abc.abstractmethod
-    def __call__(self, value: Scalar, start: PyTree) -> Sampled:
-        """The states at one value."""
+    def begun(self, system: System, start: PyTree) -> PyTree:
+        """The start of a motion, as a call takes it."""
 
     @abc.abstractmethod
-    def side_by_side(self, values: Float[Array, " values"], start: PyTree) -> Sampled:
-        """The states at several values, from the same start."""
+    def __call__(self, system: System, begun: PyTree) -> Sampled:
+        """The states of one motion."""
+
+    @abc.abstractmethod
+    def side_by_side(self, motion: Callable[[PyTree], Sampled], lanes: PyTree) -> Sampled:
+        """The states of a motion for each lane."""
 
 
-class SystemSampler(AbstractSampler):
-    """A hybrid system and its section."""
+class SystemSampler(AbstractSampler[HybridSystem]):
+    """Hybrid systems and their sections."""
 
-    system: HybridSystem
     force: Force
     tolerance: ArrayLike | None
     step: AbstractMethod | None
-    place: int = eqx.field(static=True)
     counts: Counts = eqx.field(static=True)
 
-    def __call__(self, value: Scalar, start: PyTree) -> Sampled:
-        system = with_value(self.system, self.place, value)
+    def begun(self, system: HybridSystem, start: Start) -> Start:
+        del system
+        return as_start(start, jnp.result_type(float, *jax.tree.leaves(start.y)))
+
+    def __call__(self, system: HybridSystem, begun: Start) -> Sampled:
+        first = jnp.asarray(begun.t)
         found = section(
             system,
-            start,
-            Every(jnp.asarray(self.force(system), value.dtype), start.t),
+            begun,
+            Every(jnp.asarray(self.force(system), first.dtype), first),
             keep=self.counts.keep,
             skip=self.counts.skip,
             tolerance=self.tolerance,
@@ -90,11 +98,11 @@ class SystemSampler(AbstractSampler):
         )
         good = found.result == RESULTS.successful
         ended = found.final.y, found.final.mode[0]
-        y, mode = _chosen(good, ended, (start.y, start.mode))
-        return Sampled(found.after, Start(start.t, y, mode), found.result)
+        y, mode = _chosen(good, ended, (begun.y, begun.mode))
+        return Sampled(found.after, Start(begun.t, y, mode), found.result)
 
-    def side_by_side(self, values: Float[Array, " values"], start: PyTree) -> Sampled:
-        return jax.vmap(lambda value: self(value, start))(values)
+    def side_by_side(self, motion: Callable[[PyTree], Sampled], lanes: PyTree) -> Sampled:
+        return jax.vmap(motion)(lanes)
 
 
 class _Reached(NamedTuple):
@@ -107,19 +115,21 @@ class _Reached(NamedTuple):
     velocity: Scalar
 
 
-class OscillatorSampler(AbstractSampler):
-    """An impact oscillator and `simulate`, which goes on from period to period."""
+class OscillatorSampler(AbstractSampler[ImpactOscillator]):
+    """Impact oscillators and `simulate`, which goes on from period to period."""
 
-    model: ImpactOscillator
     force: Force
     tolerance: Scalar
     step: AbstractStep
-    place: int = eqx.field(static=True)
     counts: Counts = eqx.field(static=True)
 
-    def __call__(self, value: Scalar, start: PyTree) -> Sampled:
-        model, (keep, skip) = with_value(self.model, self.place, value), self.counts
-        period, unknown = jnp.asarray(self.force(model), value.dtype), jnp.full_like(value, jnp.nan)
+    def begun(self, system: ImpactOscillator, start: InitialState) -> LaneState:
+        return lane_state_at(self.step, system, jnp.zeros_like(self.tolerance), start)
+
+    def __call__(self, system: ImpactOscillator, begun: LaneState) -> Sampled:
+        keep, skip = self.counts
+        dtype = self.tolerance.dtype
+        period, unknown = jnp.asarray(self.force(system), dtype), jnp.array(jnp.nan, dtype)
 
         def to_end(before: _Reached, number: Scalar) -> tuple[_Reached, tuple[Scalar, Scalar]]:
             """Runs the motion to the end of a period, if it has not failed before."""
@@ -127,18 +137,18 @@ class OscillatorSampler(AbstractSampler):
             waits = RESULTS.where(good, RESULTS.max_steps_reached, before.result)
             reached = jax.lax.while_loop(
                 lambda now: (now.result == RESULTS.max_steps_reached) & (now.runs < most),
-                lambda now: self._further(model, now, period * number),
+                lambda now: self._further(system, now, period * number),
                 _Reached(before.state, waits, jnp.int32(0), unknown, unknown),
             )
             return reached, (reached.position, reached.velocity)
 
         most = min(_MOST * (skip + 1), np.iinfo(np.int32).max)
-        begin = _Reached(start, RESULTS.successful, jnp.int32(0), unknown, unknown)
-        numbers = jnp.arange(skip + 1, skip + keep + 1, dtype=value.dtype)
+        begin = _Reached(begun, RESULTS.successful, jnp.int32(0), unknown, unknown)
+        numbers = jnp.arange(skip + 1, skip + keep + 1, dtype=dtype)
         reached, (x, v) = jax.lax.scan(to_end, begin, numbers)
         good = reached.result == RESULTS.successful
         ended = _earlier(reached.state, period * (skip + keep))
-        return Sampled({"position": x, "velocity": v}, _chosen(good, ended, start), reached.result)
+        return Sampled({"position": x, "velocity": v}, _chosen(good, ended, begun), reached.result)
 
     def _further(self, model: ImpactOscillator, now: _Reached, end: Scalar) -> _Reached:
         """The motion some steps further, at most to the end of a period."""
@@ -153,8 +163,8 @@ class OscillatorSampler(AbstractSampler):
         )
         return _Reached(run.final, run.result, now.runs + 1, run.position[0], run.velocity[0])
 
-    def side_by_side(self, values: Float[Array, " values"], start: PyTree) -> Sampled:
-        return jax.lax.map(lambda value: self(value, start), values, batch_size=_TOGETHER)
+    def side_by_side(self, motion: Callable[[PyTree], Sampled], lanes: PyTree) -> Sampled:
+        return jax.lax.map(motion, lanes, batch_size=_TOGETHER)
 
 
 def _earlier(state: LaneState, time: Scalar) -> LaneState:
@@ -164,50 +174,49 @@ def _earlier(state: LaneState, time: Scalar) -> LaneState:
     return dataclasses.replace(state, point=point, origin=origin, begun=begun)
 
 
-def system_sampler(
+class Forced(NamedTuple):
+    """A system of arrays, the start of a motion, and their sampler."""
+
+    system: eqx.Module
+    start: Start | InitialState
+    run: AbstractSampler[Any]  # of systems of this kind
+
+
+def forced(
     system: object,
     start: object,
     period: Period,
-    where: Where,
     counts: Counts,
     tolerance: ArrayLike | None,
     step: object,
-) -> tuple[SystemSampler, Start]:
-    """The sampler of a hybrid system, and its first start. Checks the kinds of the arguments."""
+) -> Forced:
+    """A forced system and its sampler. Checks the kinds of the arguments."""
+    if isinstance(system, ImpactOscillator):
+        return _forced_oscillator(system, start, period, counts, tolerance, step)
     own: HybridSystem = of_kind("system", HybridSystem, "Ball(gravity, restitution)")(system)
     first: Start = of_kind("start", Start, "Start(t=0.0, y=y0)")(start)
     method = of_kind("step", AbstractMethod, "Taylor()", optional=True)(step)
-    dtype = jnp.result_type(float, *jax.tree.leaves(first.y))
-    own = with_arrays(own, dtype)
-    place, force = place_of(own, where), as_function(period, own)
-    begun = as_start(Start(first.t, first.y, first.mode), dtype)
-    return SystemSampler(own, force, tolerance, method, place, counts), begun
+    own = with_arrays(own, jnp.result_type(float, *jax.tree.leaves(first.y)))
+    return Forced(own, first, SystemSampler(as_function(period, own), tolerance, method, counts))
 
 
-def oscillator_sampler(
-    model: object,
+def _forced_oscillator(
+    model: ImpactOscillator,
     start: object,
     period: Period,
-    where: Where,
     counts: Counts,
     tolerance: ArrayLike | None,
     step: object,
-) -> tuple[OscillatorSampler, LaneState]:
-    """The sampler of an impact oscillator, and its first start, at time 0. Checks the kinds of the
-    arguments.
-    """
-    own: ImpactOscillator = of_kind("model", ImpactOscillator, "ImpactOscillator(Pendulum(13.0))")(
-        model
-    )
+) -> Forced:
     first: InitialState = of_kind("start", InitialState, "InitialState(0.3)")(start)
     method = of_kind("step", AbstractStep, "TaylorStep()", optional=True)(step)
-    check_start(own, first, np.zeros(1), None)
-    dtype = jnp.result_type(float, *jax.tree.leaves((own, first)))
-    place, force = place_of(own, where), as_function(period, own)
+    check_start(model, first, np.zeros(1), None)
+    dtype = jnp.result_type(float, *jax.tree.leaves((model, first)))
     allowed = as_tolerance(tolerance, dtype)
-    method = natural_step(own, allowed) if method is None else method
-    begun = lane_state_at(method, own, jnp.zeros((), dtype), first)
-    return OscillatorSampler(own, force, jnp.asarray(allowed, dtype), method, place, counts), begun
+    method = natural_step(model, allowed) if method is None else method
+    force = as_function(period, model)
+    run = OscillatorSampler(force, jnp.asarray(allowed, dtype), method, counts)
+    return Forced(model, first, run)
 
 
 def _chosen(good: Flag, yes: PyTree, no: PyTree) -> PyTree:
