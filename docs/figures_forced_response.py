@@ -1,4 +1,4 @@
-"""Makes the figure of the page on forced response: `python docs/figures_forced_response.py`."""
+"""Makes the figures of the page on forced response: `python docs/figures_forced_response.py`."""
 
 from pathlib import Path
 
@@ -45,6 +45,18 @@ def main() -> None:
     for ax in axes:
         ax.locator_params(axis="x", nbins=5)
     figure.savefig(HERE / "figures" / "forced-response.png", dpi=125)
+    figure, ax = plt.subplots(figsize=(5.4, 3.4), layout="constrained")
+    draw_basins(ax)
+    figure.savefig(HERE / "figures" / "basins.png", dpi=125)
+
+
+def draw_basins(ax: Axes) -> None:
+    """The basins of the page's pendulum, on a finer grid."""
+    angle, velocity = np.meshgrid(np.linspace(-0.19, 1.5, 150), np.linspace(-15, 15, 150))
+    starts = ij.InitialState(angle.ravel(), velocity.ravel())
+    found = ij.basins(PAGE["model"], starts, 1 / 9)
+    ij.plot.basins(ax, found, angle.ravel(), velocity.ravel())
+    ax.set(xlabel="angle [rad]", ylabel="velocity [rad/s]")
 
 
 def draw(ax: Axes, branch: ij.Branch) -> None:

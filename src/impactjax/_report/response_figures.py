@@ -88,15 +88,14 @@ def plot_basins(ax: "Axes", found: Basins, across: ArrayLike, along: ArrayLike) 
     - `found`: result of `basins`.
     - `across`, `along`: the numbers of its starts to draw, such as their angles and velocities.
     """
-    names = range(len(found.attractors))
-    colours = [f"C{name % 10}" for name in names]
-    for name, colour, label in (
-        *((name, colours[name], f"period {found.attractors[name].period}") for name in names),
-        (NONE, "black", "none"),
-    ):
+    points = 72 * ax.bbox.width / ax.figure.dpi
+    size = points / np.sqrt(found.attractor.size)
+    for name in (*range(len(found.attractors)), NONE):
         own = found.attractor == name
         if np.any(own):
             x, y = np.asarray(across)[own], np.asarray(along)[own]
-            ax.plot(x, y, "s", color=colour, markersize=1.5, label=label)
-    ax.legend(loc="upper right", markerscale=4, fontsize="small")
+            label = "none" if name == NONE else f"period {found.attractors[name].period}"
+            colour = "black" if name == NONE else f"C{name % 10}"
+            ax.plot(x, y, "s", color=colour, markersize=size, markeredgewidth=0, label=label)
+    ax.legend(loc="upper left", bbox_to_anchor=(1, 1), markerscale=8 / size, frameon=False)
     return ax
