@@ -74,9 +74,8 @@ def _explain(
     problem = re.sub(r"[<>]= -?1\.79\S+", "that is finite", problem)
     for technical, word in _WORDS.items():
         problem = problem.replace(f"`{technical}`", word)
-    return FileError(
-        path, line_of(text, key, table), f"`{place}` cannot be used ({problem})", "correct its value"
-    )
+    line = line_of(text, key, table)
+    return FileError(path, line, f"`{place}` cannot be used ({problem})", "correct its value")
 
 
 def _keys(kind: type[msgspec.Struct], table: str) -> list[str]:
