@@ -136,7 +136,30 @@ WRONG = {
     "no values": (("rate = [100.0, 200.0]", "rate = []"), "`rate` has no value"),
     "a range of the rate": (
         ("rate = [100.0, 200.0]", "rate = { low = 100.0, high = 200.0 }"),
-        "`rate` cannot be chosen in a range",
+        "line 19: `rate` cannot be chosen in a range",
+    ),
+    "a choice that is a number": (
+        ("rate = [100.0, 200.0]", "rate = 100.0"),
+        "line 19: `choices.rate` cannot be used (Expected a table or a list, got a number)",
+    ),
+    "half a range": ((", high = 1.0", ""), "there is no `high` in [choices.theta0]"),
+    "a choice without a value": (
+        ("rate = [100.0, 200.0]", "rate = [100.0, nan]"),
+        "line 19: `choices.rate[1]` cannot be used (Expected a number that is finite)",
+    ),
+    "no goal to reach": (
+        ("r = 0.01", "r = 0.0"),
+        "line 26: `goal.r` cannot be used (Expected a number > 0.0)",
+    ),
+    "a negative cost": (("each = 50.0", "each = -50.0"), "line 22: `cost.s.each` cannot be used"),
+    "no law": (('law = "restitution"', ""), "line 2: there is no `law` in [system]; add it"),
+    "a key of the criterion": (
+        ("[goal]\nr = 0.01", '[criterion]\nname = "d-optimal"\nparameter = ["r"]\n'),
+        "did you mean `parameters`",
+    ),
+    "a parameter twice": (
+        ("[goal]\nr = 0.01", '[criterion]\nname = "d-optimal"\nparameters = ["r", "r"]\n'),
+        "named twice",
     ),
     "too many samples": (("duration = 0.6", "duration = 6e5"), "1.2e+08 samples"),
     "an unknown resource": (("[goal]", "[budget]\nEUR = 3.0\n[goal]"), "which no candidate takes"),

@@ -94,9 +94,9 @@ def criterion_of(path: Path, plan: PlanFile) -> AbstractCriterion:
         raise FileError(path, None, "the plan does not say what is asked for", remedy)
     try:
         check_named("criterion", plan.criterion.name, CRITERIA)
+        return CRITERIA[plan.criterion.name](plan.criterion.parameters)
     except ValueError as error:
         raise FileError(path, None, str(error).removesuffix("."), "correct the plan") from error
-    return CRITERIA[plan.criterion.name](plan.criterion.parameters)
 
 
 def _system(plan: PlanFile) -> System:

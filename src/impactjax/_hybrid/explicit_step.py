@@ -103,6 +103,8 @@ class ExplicitStep(AbstractFlowStep):
         longest = jnp.where(plain, h * factor, jnp.where(accurate, natural, retry))
         next_target = jnp.where(lands, found.guard, NO_EVENT).astype(jnp.int32)
         after = _Memory(following, longest, next_target)
+        again = ~accepted & (t + following > t)  # what is not finite may be so by the step's length
+        end = jax.tree.map(lambda y0, y1: jnp.where(again, y0, y1), y, end)
         event = jnp.where(plain, NO_EVENT, found.event)
         still_armed = jnp.where(plain, armed.armed, found.armed)
         return Attempt(accepted, taken, taken, end, event, found.caused, still_armed, after)

@@ -113,7 +113,7 @@ def read_plan(path: Path) -> PlanFile:
         place = line_of(text, "criterion")
         raise FileError(path, place, "there are a goal and a criterion", "omit one of them")
     for name, choice in plan.choices.items():
-        place = line_of(text, name)
+        place = line_of(text, name, "choices")
         if isinstance(choice, RangeTable) and name in LENGTHS:
             remedy = f"list some values, as in [{_USUAL[name]:g}]"
             raise FileError(path, place, f"`{name}` cannot be chosen in a range", remedy)
@@ -154,7 +154,7 @@ def _check_impacts(path: Path, text: str, plan: PlanFile) -> None:
     for count in _lengths(path, text, plan, IMPACTS):
         if count != round(count) or not 2 <= count <= _MOST_IMPACTS:
             problem, remedy = f"`{IMPACTS}` cannot be {count:g}", f"have 2 to {_MOST_IMPACTS}"
-            raise FileError(path, line_of(text, IMPACTS), problem, remedy)
+            raise FileError(path, _length_line(text, plan, IMPACTS), problem, remedy)
 
 
 def _lengths(path: Path, text: str, plan: PlanFile, name: str) -> list[float]:
@@ -162,5 +162,11 @@ def _lengths(path: Path, text: str, plan: PlanFile, name: str) -> list[float]:
     choice = plan.choices.get(name, [plan.length(name, {})])
     assert isinstance(choice, list)  # ranges are refused
     if min(choice) <= 0:
-        raise FileError(path, line_of(text, name), f"`{name}` must be positive", "correct it")
+        place = _length_line(text, plan, name)
+        raise FileError(path, place, f"`{name}` must be positive", "correct it")
     return choice
+
+
+def _length_line(text: str, plan: PlanFile, name: str) -> int | None:
+    """The line that says the duration, the rate or the number of impacts."""
+    return line_of(text, name, "choices" if name in plan.choices else "recording")

@@ -5,7 +5,7 @@ import re
 import sys
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args
 
 import msgspec
 
@@ -22,7 +22,9 @@ _WORDS = {
     "str | null": "a text",
     "bool | null": "true or false",
     "array | null": "a list",
+    "int | null": "a whole number",
     "int | str | null": "a whole number or a text",
+    "object | array": "a table or a list",
 }
 LARGEST = sys.float_info.max
 Finite = Annotated[float, msgspec.Meta(ge=-LARGEST, le=LARGEST)]
@@ -53,43 +55,61 @@ def _explain(
     found = re.fullmatch(r"(.*?)(?: - at `\$\.?([^`]*)`)?", message, re.DOTALL)
     assert found is not None
     problem, place = found[1], found[2] or ""
-    unknown = re.search(r"unknown field `(.+)`", problem, re.DOTALL)
-    if unknown:
+    if "[...]" in place:
+        table = place.split("[")[0]
+        entry = _wrong_entry(tables, table, kind, message)
+        place = place.replace(f"{table}[...]", f"{table}.{entry}")
+    where = f"in [{place}]" if place else "at the top"
+    if unknown := re.search(r"unknown field `(.+)`", problem, re.DOTALL):
         key, allowed = unknown[1], _keys(kind, place)
         close = difflib.get_close_matches(key, allowed, 1)
-        hint = f"did you mean `{close[0]}`" if close else f"use one of {', '.join(allowed)}"
-        where = f"in [{place}]" if place else "at the top"
-        return FileError(path, line_of(text, key), f"unknown key `{key}` {where}", hint)
-    if place.endswith("[...]"):
-        place = f"{place[:-5]}.{_wrong_entry(tables[place[:-5]])}"
-    key = place.split(".")[-1].split("[")[0]
+        hint = f"use one of {', '.join(allowed)}" if allowed else "omit it"
+        hint = f"did you mean `{close[0]}`" if close else hint
+        return FileError(path, line_of(text, key, place), f"unknown key `{key}` {where}", hint)
+    table, _, key = place.rpartition(".")
+    if lacking := re.search(r"missing required field `(.+)`", problem):
+        line = line_of(text, key, table) if key else None
+        return FileError(path, line, f"there is no `{lacking[1]}` {where}", "add it")
+    table, key = re.sub(r"\[.*", "", table), key.split("[")[0]
     problem = re.sub(r"[<>]= -?1\.79\S+", "that is finite", problem)
     for technical, word in _WORDS.items():
         problem = problem.replace(f"`{technical}`", word)
-    return FileError(
-        path, line_of(text, key), f"`{place}` cannot be used ({problem})", "correct its value"
-    )
+    line = line_of(text, key, table)
+    return FileError(path, line, f"`{place}` cannot be used ({problem})", "correct its value")
 
 
 def _keys(kind: type[msgspec.Struct], table: str) -> list[str]:
-    own = next((f.type for f in msgspec.structs.fields(kind) if f.name == table), kind)
-    return [field.name for field in msgspec.structs.fields(own)]
+    """The keys of a table of a file, or of the file itself; none where tables have other tables."""
+    types = {field.name: field.type for field in msgspec.structs.fields(kind)}
+    own = types.get(table) if table else kind
+    for each in (own, *get_args(own)):  # a table that may be absent is a union
+        if isinstance(each, type) and issubclass(each, msgspec.Struct):
+            return [field.name for field in msgspec.structs.fields(each)]
+    return []
 
 
-def _wrong_entry(table: dict[str, Any]) -> str:
-    """The first key whose value is not a finite number."""
-    for name, value in table.items():
+def _wrong_entry(
+    tables: dict[str, Any], table: str, kind: type[msgspec.Struct], message: str
+) -> str:
+    """The first key of a table with whose value alone msgspec says the same."""
+    for name, value in tables[table].items():
         try:
-            msgspec.convert(value, Finite)
-        except msgspec.ValidationError:
-            return name
+            msgspec.convert({**tables, table: {name: value}}, kind)
+        except msgspec.ValidationError as error:
+            if str(error) == message:
+                return name
     raise AssertionError("msgspec found one")
 
 
-def line_of(text: str, key: str) -> int | None:
-    """The number of the line with a key or table."""
-    pattern = re.compile(rf"^\s*\[?\s*[\"']?{re.escape(key)}[\"']?\s*[=\]]")
-    for number, line in enumerate(text.splitlines(), start=1):
-        if pattern.match(line):
+def line_of(text: str, key: str, table: str = "") -> int | None:
+    """The number of the line with a key or table; with a key of one table if that has a header."""
+    pattern = re.compile(rf"^\s*\[*\s*[\"']?{re.escape(key)}[\"']?\s*[=\]]")
+    header = re.compile(rf"^\s*\[+\s*{re.escape(table)}\s*\]")
+    lines = text.splitlines()
+    inside = everywhere = not table or not any(map(header.match, lines))
+    for number, line in enumerate(lines, start=1):
+        if not everywhere and line.lstrip().startswith("["):
+            inside = bool(header.match(line))
+        if inside and pattern.match(line):
             return number
     return None

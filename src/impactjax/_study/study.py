@@ -77,7 +77,8 @@ def study(
     if progress is not None:
         check_function("progress", progress)
     points = checked_points(design).astype(jnp.result_type(float))
-    block = -(-min(whole("chunk", chunk), len(points)) // _BLOCKS)
+    chunk = whole("chunk", chunk)
+    block = -(-min(chunk, len(points)) // _BLOCKS)
     found = traced(function, design, block)
     _check_units(units or {}, [*design.names, *(each.name for each in found.variables)])
     order = None if cost is None else by_cost(cost, design.names, points)
