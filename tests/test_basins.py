@@ -33,6 +33,7 @@ def later(x, v, time):
         return y[0] - 1
 
     stop.terminal = True  # pyright: ignore[reportFunctionMemberAccess]  as SciPy asks
+    stop.direction = 1  # pyright: ignore[reportFunctionMemberAccess]
     t, y = 0.0, np.array([x, v])
     while t < time:
         run = solve_ivp(flow, (t, time), y, method="DOP853", rtol=1e-9, atol=1e-11, events=stop)

@@ -211,7 +211,9 @@ def _forced_oscillator(
     first: InitialState = of_kind("start", InitialState, "InitialState(0.3)")(start)
     method = of_kind("step", AbstractStep, "TaylorStep()", optional=True)(step)
     check_start(model, first, np.zeros(1), None)
-    dtype = jnp.result_type(float, *jax.tree.leaves((model, first)))
+    leaves = (jnp.zeros(()), *jax.tree.leaves((model, first)))  # swept values are as the first
+    dtype = np.result_type(*(jnp.result_type(leaf) for leaf in leaves))
+    first = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), first)
     allowed = as_tolerance(tolerance, dtype)
     method = natural_step(model, allowed) if method is None else method
     force = as_function(period, model)
