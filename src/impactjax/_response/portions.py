@@ -37,7 +37,10 @@ def in_portions(program: Callable[[Common, PyTree], T], common: Common, lanes: P
 
     found = []
     with ThreadPoolExecutor(os.cpu_count()) as pool, telling("Motions") as tell:
-        for each in pool.map(portion, places.reshape(-1, _PORTION)):
-            found.append(each)
-            tell(f"{min(len(found) * _PORTION, count)} of {count}")
+        try:
+            for each in pool.map(portion, places.reshape(-1, _PORTION)):
+                found.append(each)
+                tell(f"{min(len(found) * _PORTION, count)} of {count}")
+        finally:
+            pool.shutdown(cancel_futures=True)  # after an interruption too
     return jax.tree.map(lambda *leaves: jax.numpy.concatenate(leaves)[:count], *found)
