@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 import impactjax as ij
 from forced_systems import Below
 from impactjax._response.attractors import attractor_of_each
+from impactjax._response.portions import in_portions
 from tiers import quick, thorough
 
 OMEGA = 1.5
@@ -81,7 +82,7 @@ def test_basins_of_an_oscillator():
 
 @quick
 def test_attractors_are_told_apart_in_any_phase():
-    """Two motions of period 2 in both phases, two of period 1, and one of no period."""
+    """Three motions of period 2 in both phases, two of period 1, and one of no period."""
     rows = np.array([[1, 2, 1, 2], [2, 1, 2, 1], [5, 5, 5, 5], [2, 1, 2, 1], [1, 7, 3, 9], [6] * 4])
     names = attractor_of_each(rows[:, :, None] * 1.0, np.array([2, 2, 1, 2, 0, 1]), 1e-3)
     np.testing.assert_array_equal(names, [0, 0, 1, 0, -1, 2])
@@ -98,6 +99,22 @@ def test_attractors_are_told_apart_in_any_phase():
 def test_starts_that_are_no_rows_are_refused(starts, words):
     with pytest.raises(ValueError, match=words):
         ij.basins(SYSTEM, starts, Below.period)
+
+
+@quick
+def test_angles_in_degrees_are_refused():
+    model = ij.ImpactOscillator(ij.Pendulum(13.47), ij.Stop(ij.Restitution(0.8)))
+    with pytest.raises(ValueError, match="are degrees meant"):
+        ij.basins(model, ij.InitialState(np.array([0.1, 30.0])), 1 / 6)
+
+
+def test_portions_are_put_together_in_order():
+    """More lanes than a portion has, and no whole number of portions."""
+    lanes = {"a": jnp.linspace(0.0, 1.0, 250), "b": jnp.ones((250, 3))}
+    program = jax.jit(lambda factor, each: (factor * each["a"], each["b"][:, 0]))
+    first, second = in_portions(program, jnp.array(2.0), lanes)
+    np.testing.assert_array_equal(first, 2 * lanes["a"])
+    assert second.shape == (250,)
 
 
 @quick

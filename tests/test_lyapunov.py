@@ -7,7 +7,7 @@ import pytest
 
 import impactjax as ij
 from forced_systems import MODEL_V, REST, ModelV
-from impactjax._response.repetition import periods_of
+from impactjax._response.repetition import in_units, periods_of
 from tiers import mostly_thorough
 
 PERIOD = 2 * np.pi / 0.81
@@ -79,4 +79,4 @@ def test_diagram_over_an_orbit_of_two_periods(sweep):
 )
 def test_period_of_states(states, period):
     rows = jnp.asarray(states)[None, :, None]
-    assert periods_of(rows, jnp.max(jnp.abs(rows)), 1e-6) == period
+    assert periods_of(in_units(rows, jnp.max(jnp.abs(rows))), 1e-6) == period

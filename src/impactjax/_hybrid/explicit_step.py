@@ -103,7 +103,7 @@ class ExplicitStep(AbstractFlowStep):
         longest = jnp.where(plain, h * factor, jnp.where(accurate, natural, retry))
         next_target = jnp.where(lands, found.guard, NO_EVENT).astype(jnp.int32)
         after = _Memory(following, longest, next_target)
-        again = ~accepted & (t + following > t)  # what is not finite may be so by the step's length
+        again = ~accepted & (t + following > t)  # a step too long may overflow
         end = jax.tree.map(lambda y0, y1: jnp.where(again, y0, y1), y, end)
         event = jnp.where(plain, NO_EVENT, found.event)
         still_armed = jnp.where(plain, armed.armed, found.armed)

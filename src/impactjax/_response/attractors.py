@@ -5,28 +5,28 @@ from jaxtyping import Bool, Float, Int
 
 NONE = -1  # for a motion that approaches no periodic one
 
-Names = Int[np.ndarray, " lanes"]
+Labels = Int[np.ndarray, " lanes"]
 
 
 def attractor_of_each(
-    rows: Float[np.ndarray, "lanes keep numbers"], periods: Names, same: float
-) -> Names:
+    rows: Float[np.ndarray, "lanes keep numbers"], periods: Labels, same: float
+) -> Labels:
     """The index of the attractor that each motion approaches, the commonest first; −1 for none.
 
     Two motions approach the same one if they repeat after as many periods, and if their states
     differ by at most `same`, from some period on.
     """
-    names, count = np.full(len(rows), NONE), 0
+    labels, count = np.full(len(rows), NONE), 0
     for period in np.unique(periods[periods > 0]):
         waiting = np.flatnonzero(periods == period)
         while waiting.size:
             together = _agree(rows[waiting, -period:], rows[waiting[0], -period:], same)
-            names[waiting[together]] = count
+            labels[waiting[together]] = count
             waiting, count = waiting[~together], count + 1
-    sizes = np.bincount(names[names != NONE], minlength=count)
+    sizes = np.bincount(labels[labels != NONE], minlength=count)
     order = np.empty(count, int)
     order[np.argsort(-sizes, kind="stable")] = np.arange(count)
-    return np.where(names == NONE, NONE, order[names]) if count else names
+    return np.where(labels == NONE, NONE, order[labels]) if count else labels
 
 
 def _agree(

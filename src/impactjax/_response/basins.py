@@ -14,12 +14,12 @@ from impactjax._hybrid.method import AbstractMethod
 from impactjax._hybrid.system import HybridSystem, State
 from impactjax._known import is_known, known
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.initial_state import InitialState
-from impactjax._refusal import check_kind, whole
-from impactjax._response.attractors import Names, attractor_of_each
+from impactjax._model.initial_state import InitialState, check_angle
+from impactjax._refusal import check_kind, of_kind, whole
+from impactjax._response.attractors import Labels, attractor_of_each
 from impactjax._response.period import Period
 from impactjax._response.portions import in_portions
-from impactjax._response.repetition import periods_of, rows_of
+from impactjax._response.repetition import in_units, periods_of, rows_of
 from impactjax._response.sampler import Counts, Forced, Sampled, forced
 from impactjax._results import RESULTS
 from impactjax._simulate.step import AbstractStep
@@ -88,9 +88,11 @@ def basins(
         raise ValueError("`basins` compares numbers that must be known: call it outside of `jit`.")
     if not np.asarray(same) > 0:
         raise ValueError(f"Argument `same` must be positive, but it is {same}.")
-    of_mass = isinstance(system, ImpactOscillator)
-    kind, example = (InitialState, "InitialState(x)") if of_mass else (Start, "Start(0.0, y)")
-    check_kind("starts", starts, kind, example)
+    if isinstance(system, ImpactOscillator):
+        of_angles = of_kind("starts", InitialState, "InitialState(angles)")(starts)
+        check_angle(system.oscillator, of_angles)
+    else:
+        check_kind("starts", starts, Start, "Start(0.0, y)")
     numbers = _numbers(starts)
     first = _with_numbers(starts, [each[0] for each in numbers])
     own = forced(system, first, period, Counts(keep, skip), tolerance, step)
@@ -98,16 +100,17 @@ def basins(
     good = found.result == RESULTS.successful
     rows = np.asarray(rows_of(found.states))
     sizes = np.max(np.abs(rows), axis=(0, 1), where=good[:, None, None], initial=0.0)
-    repeat = periods_of(rows, sizes, repeats) > 0
-    periods = np.where(good & repeat, periods_of(rows, sizes, same), 0)
-    of_each = attractor_of_each(rows / np.where(sizes > 0, sizes, 1.0), periods, same)
+    rows = np.asarray(in_units(rows, sizes))
+    repeat = periods_of(rows, repeats) > 0
+    periods = np.where(good & repeat, periods_of(rows, same), 0)
+    of_each = attractor_of_each(rows, periods, same)
     attractors = [
         _attractor(found.states, periods, of_each == name) for name in range(of_each.max() + 1)
     ]
     return Basins(of_each, tuple(attractors), found.result)
 
 
-def _attractor(states: State, periods: Names, own: Bool[np.ndarray, " starts"]) -> Attractor:
+def _attractor(states: State, periods: Labels, own: Bool[np.ndarray, " starts"]) -> Attractor:
     """The attractor of some motions, with the states of the first of them."""
     first = np.flatnonzero(own)[0]
     period = int(periods[first])
@@ -148,4 +151,4 @@ def _with_numbers(
     if isinstance(start, InitialState):
         return InitialState(*numbers)
     y = jax.tree.unflatten(jax.tree.structure(start.y), numbers)
-    return Start(start.t, y, start.mode, start.memory)
+    return Start(start.t, y, start.mode)

@@ -17,7 +17,7 @@ from impactjax._refusal import check_kind, whole
 from impactjax._response.parameter import Where, place_of, with_value
 from impactjax._response.period import Period
 from impactjax._response.portions import in_portions
-from impactjax._response.repetition import periods_of, rows_of
+from impactjax._response.repetition import in_units, periods_of, rows_of
 from impactjax._response.sampler import Counts, Forced, Sampled, forced
 from impactjax._results import RESULTS
 from impactjax._simulate.step import AbstractStep
@@ -143,4 +143,4 @@ def diagram(
     found = sweep.sections(Swept(own, place_of(own.system, where)), at)
     rows = rows_of(found.states)
     sizes = jnp.max(jnp.abs(rows), axis=1, keepdims=True)
-    return Diagram(at, found.states, periods_of(rows, sizes, repeats), found.result)
+    return Diagram(at, found.states, periods_of(in_units(rows, sizes), repeats), found.result)

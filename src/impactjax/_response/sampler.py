@@ -83,6 +83,7 @@ class SystemSampler(AbstractSampler[HybridSystem]):
 
     def begun(self, system: HybridSystem, start: Start) -> Start:
         del system
+        start = Start(start.t, start.y, start.mode)  # what it remembers is of another value
         return as_start(start, jnp.result_type(float, *jax.tree.leaves(start.y)))
 
     def __call__(self, system: HybridSystem, begun: Start) -> Sampled:
