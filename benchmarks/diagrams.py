@@ -2,8 +2,8 @@
 
     python benchmarks/diagrams.py [--frequencies 2400]
 
-With the compiler's options of the command. At each frequency from 3 to 15 Hz 200 periods are left out and 100 kept. Times are those of the
-first call, with compiling, and of the second one.
+At each frequency from 3 to 15 Hz 200 periods are left out and 100 kept. Times are those of the
+first call, with compiling, and of the second one, with the compiler's options of the command.
 """
 
 import argparse
