@@ -2,8 +2,8 @@
 
     python benchmarks/basins.py [--side 100]
 
-Times are those of the first call, with compiling, and of the second one, with the compiler's options
-of the command.
+Times are those of the first call, with compiling, and of the second one, with the
+compiler's options of the command.
 """
 
 import argparse
