@@ -17,7 +17,14 @@ import jax  # noqa: E402  after the environment that it reads
 from impactjax._cli.compiler_flags import FAST, prepare  # noqa: E402
 
 # Most programs run only once: optimising them takes longer than it saves.
-os.environ.setdefault("XLA_FLAGS", f"{FAST} --xla_backend_optimization_level=0")
+WITHOUT_OPTIMISATION = (
+    "--xla_backend_optimization_level=0",
+    "--xla_llvm_enable_alias_scope_metadata=false",
+    "--xla_llvm_enable_noalias_metadata=false",
+    "--xla_disable_hlo_passes=while-loop-simplifier,while-loop-constant-sinking,"
+    "while-loop-invariant-code-motion,conditional-simplifier",
+)
+os.environ.setdefault("XLA_FLAGS", " ".join((FAST, *WITHOUT_OPTIMISATION)))
 prepare()
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 
