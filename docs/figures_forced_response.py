@@ -1,5 +1,6 @@
 """Makes the figures of the page on forced response: `python docs/figures_forced_response.py`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -45,9 +46,23 @@ def main() -> None:
     for ax in axes:
         ax.locator_params(axis="x", nbins=5)
     figure.savefig(HERE / "figures" / "forced-response.png", dpi=125)
+    figure, axes = plt.subplots(2, 1, figsize=(7.2, 4.2), sharex=True, layout="constrained")
+    draw_exponents(axes)
+    figure.savefig(HERE / "figures" / "exponents.png", dpi=125)
     figure, ax = plt.subplots(figsize=(5.4, 3.4), layout="constrained")
     draw_basins(ax)
     figure.savefig(HERE / "figures" / "basins.png", dpi=125)
+
+
+def draw_exponents(axes: Sequence[Axes]) -> None:
+    """The angles of the page's first pendulum over the frequency, and its exponents."""
+    model, hertz = PAGE["system"].mechanism.model, np.linspace(4.5, 11.0, 800)
+    swept = PAGE["begin"], PAGE["period"], PAGE["rate"], 2 * np.pi * hertz
+    found = ij.diagram(model, *swept, keep=100, skip=200)
+    axes[0].plot(hertz, found.states["position"], ",", color="0.2")
+    axes[0].set(ylabel="angle after each period [rad]")
+    ij.plot.exponents(axes[1], ij.lyapunov_diagram(model, *swept), hertz)
+    axes[1].set(xlabel="frequency [Hz]", ylabel="exponents [1/s]", ylim=(-30, 8))
 
 
 def draw_basins(ax: Axes) -> None:

@@ -37,7 +37,7 @@ cases = {
     "values": lambda: ij.diagram(mass, start, 1.0, own, ["a"]),
     "keep": lambda: ij.diagram(mass, start, 1.0, own, [1.0], keep=1),
     "angle": lambda: ij.diagram(ij.ImpactOscillator(ij.Pendulum(13.0)), 0.3, 1.0, own, [1.0]),
-    "interval": lambda: ij.lyapunov(mass, start, 0.0),
+    "period of lyapunov": lambda: ij.lyapunov(mass, start, 0.0),
     "count": lambda: ij.lyapunov(mass, start, 1.0, count=1),
     "exponents": lambda: ij.lyapunov(1.0, start, 1.0),
     "system": lambda: ij.periodic_orbit(start, start, 1.0),

@@ -169,9 +169,10 @@ from impactjax._response.diagram import FreshStarts as FreshStarts
 from impactjax._response.diagram import WithMemory as WithMemory
 from impactjax._response.diagram import diagram as diagram
 from impactjax._response.doubled import doubled as doubled
+from impactjax._response.exponents import Exponents as Exponents
 from impactjax._response.follow import follow as follow
-from impactjax._response.lyapunov import Exponents as Exponents
 from impactjax._response.lyapunov import lyapunov as lyapunov
+from impactjax._response.lyapunov import lyapunov_diagram as lyapunov_diagram
 from impactjax._response.orbit import Orbit as Orbit
 from impactjax._response.orbit import OrbitEvents as OrbitEvents
 from impactjax._response.periodic_orbit import periodic_orbit as periodic_orbit

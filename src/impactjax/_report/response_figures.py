@@ -1,4 +1,4 @@
-"""Figures of branches of periodic orbits, of bifurcation diagrams, and of basins of attraction."""
+"""Figures of forced response: branches, diagrams, exponents, and basins of attraction."""
 
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ from impactjax._response.attractors import NONE
 from impactjax._response.basins import Basins
 from impactjax._response.branch import Branch
 from impactjax._response.diagram import Diagram
+from impactjax._response.exponents import Exponents
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,4 +99,20 @@ def plot_basins(ax: "Axes", found: Basins, across: ArrayLike, along: ArrayLike) 
             colour = "black" if name == NONE else f"C{name % 10}"
             ax.plot(x, y, "s", color=colour, markersize=size, markeredgewidth=0, label=label)
     ax.legend(loc="upper left", bbox_to_anchor=(1, 1), markerscale=8 / size, frameon=False)
+    return ax
+
+
+def plot_exponents(ax: "Axes", found: Exponents, values: ArrayLike) -> "Axes":
+    """Lyapunov exponents over the parameter, the largest in colour. Those of −∞ are left out.
+
+    **Arguments:**
+
+    - `ax`: axes to draw on.
+    - `found`: result of `lyapunov_diagram`.
+    - `values`: values of the parameter.
+    """
+    exponents = np.where(np.isfinite(found.values), found.values, np.nan)
+    ax.axhline(0.0, color=OTHER, linewidth=0.6, linestyle=":")
+    ax.plot(np.asarray(values), exponents[:, 1:], color=OTHER, linewidth=0.8)
+    ax.plot(np.asarray(values), exponents[:, 0], color=FITTED, linewidth=1.0)
     return ax

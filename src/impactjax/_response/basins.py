@@ -17,10 +17,11 @@ from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState, check_angle
 from impactjax._refusal import check_kind, of_kind, whole
 from impactjax._response.attractors import Labels, attractor_of_each
+from impactjax._response.forced import Forced, forced
 from impactjax._response.period import Period
 from impactjax._response.portions import in_portions
 from impactjax._response.repetition import in_units, periods_of, rows_of
-from impactjax._response.sampler import Counts, Forced, Sampled, forced
+from impactjax._response.sampler import Counts, Sampled
 from impactjax._results import RESULTS
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Scalar

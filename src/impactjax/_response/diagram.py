@@ -7,39 +7,22 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, Int, PyTree
 
-from impactjax._hybrid.arguments import real
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.method import AbstractMethod
 from impactjax._hybrid.system import HybridSystem, State
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
 from impactjax._refusal import check_kind, whole
-from impactjax._response.parameter import Where, place_of, with_value
+from impactjax._response.forced import forced
+from impactjax._response.parameter import Where, place_of
 from impactjax._response.period import Period
 from impactjax._response.portions import in_portions
 from impactjax._response.repetition import in_units, periods_of, rows_of
-from impactjax._response.sampler import Counts, Forced, Sampled, forced
+from impactjax._response.sampler import Counts, Sampled
+from impactjax._response.swept import Swept, as_values
 from impactjax._results import RESULTS
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Numbers, Scalar
-
-
-class Swept(eqx.Module):
-    """A forced system as a function of one of its parameters."""
-
-    forced: Forced
-    place: int = eqx.field(static=True)
-
-    def begun(self, value: Scalar) -> PyTree:
-        """The start of a motion at one value."""
-        return self.forced.run.begun(self._at(value), self.forced.start)
-
-    def states(self, value: Scalar, begun: PyTree) -> Sampled:
-        """The states at one value."""
-        return self.forced.run(self._at(value), begun)
-
-    def _at(self, value: Scalar) -> eqx.Module:
-        return with_value(self.forced.system, self.place, value)
 
 
 class AbstractSweep(eqx.Module):
@@ -134,11 +117,7 @@ def diagram(
     """
     check_kind("sweep", sweep, AbstractSweep, "WithMemory()")
     keep, skip = whole("keep", keep, least=2), whole("skip", skip, least=0)
-    at = jnp.atleast_1d(jnp.asarray(real("values", values), float))
-    if at.ndim != 1 or not at.size:
-        raise ValueError(
-            f"Argument `values` must be a row of numbers, but its shape is {at.shape}."
-        )
+    at = as_values(values)
     own = forced(system, start, period, Counts(keep, skip), tolerance, step)
     found = sweep.sections(Swept(own, place_of(own.system, where)), at)
     rows = rows_of(found.states)

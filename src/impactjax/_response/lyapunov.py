@@ -1,143 +1,105 @@
-"""The verb `lyapunov`: all Lyapunov exponents of a motion, with their errors."""
-
-import math
+"""The verbs `lyapunov` and `lyapunov_diagram`: Lyapunov exponents of forced systems."""
 
 import equinox as eqx
-import jax
-import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float, PyTree
+from jaxtyping import Array, ArrayLike, Float
 
-from impactjax._hybrid.arguments import as_number
-from impactjax._hybrid.ends import with_arrays
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.method import AbstractMethod
-from impactjax._hybrid.numbers import packed, unpacked
-from impactjax._hybrid.section import Section, section
-from impactjax._hybrid.surface import Every
-from impactjax._hybrid.system import HybridSystem, State
-from impactjax._known import is_known
-from impactjax._refusal import check_kind, whole
-from impactjax._results import RESULTS
-
-
-class Exponents(eqx.Module):
-    """Lyapunov exponents of a motion.
-
-    - `values`: the exponents per unit of time, the largest first.
-    - `errors`: their standard errors, by batch means; they hold if the batches are longer than the
-      memory of the motion.
-    - `growth`: logarithms of the growth in each interval, from which all follows.
-    - `final`: the end of the motion, from which a `section` goes on.
-    - `result`: result code.
-    """
-
-    values: Float[Array, "... numbers"]
-    errors: Float[Array, "... numbers"]
-    growth: Float[Array, "... intervals numbers"]
-    final: Start
-    result: RESULTS
-
-    @property
-    def sum(self) -> Float[Array, "..."]:
-        """Sum of all exponents: the mean rate at which volumes of states grow."""
-        return self.values.sum(-1)
-
-
-class _OneInterval(eqx.Module):
-    """The section with one crossing, as accurate as asked for."""
-
-    tolerance: ArrayLike | None
-    scale: State | None
-    step: AbstractMethod | None
-
-    def __call__(self, system: HybridSystem, start: Start, surface: Every) -> Section:
-        return section(
-            system,
-            start,
-            surface,
-            keep=1,
-            tolerance=self.tolerance,
-            scale=self.scale,
-            step=self.step,
-        )
+from impactjax._hybrid.system import HybridSystem
+from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.initial_state import InitialState
+from impactjax._refusal import whole
+from impactjax._response.exponents import Exponents, exponents_of
+from impactjax._response.forced import Forced, forced
+from impactjax._response.parameter import Where, place_of
+from impactjax._response.period import Period
+from impactjax._response.portions import in_portions
+from impactjax._response.sampler import Counts
+from impactjax._response.swept import Swept, as_values
+from impactjax._simulate.step import AbstractStep
+from impactjax._types import Numbers, Scalar
 
 
 def lyapunov(
-    system: HybridSystem,
-    start: Start,
-    interval: ArrayLike,
+    system: HybridSystem | ImpactOscillator,
+    start: Start | InitialState,
+    period: Period,
     *,
     count: int = 1000,
     settle: int = 100,
     tolerance: ArrayLike | None = None,
-    scale: State | None = None,
-    step: AbstractMethod | None = None,
+    step: AbstractMethod | AbstractStep | None = None,
 ) -> Exponents:
     """Lyapunov exponents of a motion, through all its events.
 
-    The derivative of the state after each interval of time by the state before it is exact, with
-    the saltation at events. Its products are kept well conditioned by QR factorisations. Batches
-    are made by `jax.vmap`.
+    Disturbances run beside the motion, by exact derivatives with the saltation at events, and are
+    made orthogonal after each period. An exponent is −∞ where a disturbance dies out
+    completely, as at rest on a stop. Batches are made by `jax.vmap`, or by `lyapunov_diagram`.
 
     **Arguments:**
 
-    - `system`, `start`: the system, and where the motion starts.
-    - `interval`: time between two factorisations, such as the period of the force; disturbances
-      must not grow beyond rounding in it.
-    - `count`: number of intervals.
-    - `settle`: number of intervals before them, in which directions and motion settle.
-    - `tolerance`, `scale`, `step`: as for `solve`.
+    - `system`, `start`: the system, and where the motion starts: for an `ImpactOscillator` an
+      `InitialState`, at time 0. An oscillator has two exponents, of position and velocity.
+    - `period`: time after which disturbances are made orthogonal again, such as the period of the
+      force; they must not grow beyond rounding in it. A number, or a function of the system.
+    - `count`: number of periods that are counted.
+    - `settle`: number of periods before them, in which the motion settles; disturbances begin in
+      the last tenth.
+    - `tolerance`, `step`: as for `solve`, or `simulate`.
 
-    **Raises** `ValueError` for an interval that is not positive, and as `section` does;
-    `TypeError` for arguments of the wrong type.
+    **Raises** `ValueError` for a period that is not positive; `TypeError` for arguments of the
+    wrong type.
 
     Source: G. Benettin et al., Meccanica 15 (1980) 9; jumps by P. C. Müller, Chaos, Solitons and
     Fractals 5 (1995) 1671. Errors by batch means with √count batches.
     """
-    check_kind("system", system, HybridSystem, "Ball(gravity, restitution)")
-    check_kind("start", start, Start, "Start(t=0.0, y=y0)")
-    count, settle = whole("count", count, least=4), whole("settle", settle, least=1)
-    dtype = jnp.result_type(float, *jax.tree.leaves(start.y))
-    each = jnp.asarray(as_number("interval", interval), dtype)
-    if is_known(each) and not (jnp.isfinite(each) & (each > 0)):
-        raise ValueError(f"Argument `interval` must be positive and finite, but it is {each}.")
-    surface = Every(each, jnp.asarray(start.t, dtype))
-    run, own = _OneInterval(tolerance, scale, step), with_arrays(system, dtype)
-    first = run(own, Start(start.t, start.y, start.mode), surface)
-    growth, final, result = _grown(run, own, surface, first, settle + count)
-    known = jnp.where(result == RESULTS.successful, growth[settle:], jnp.nan)
-    known = known[:, jnp.argsort(-known.mean(0))]
-    batches = math.isqrt(count)
-    means = known[count % batches :].reshape(batches, -1, known.shape[1]).mean(1)
-    errors = jnp.std(means, axis=0, ddof=1) / math.sqrt(batches)
-    return Exponents(known.mean(0) / each, errors / each, known, final, result)
+    counts = Counts(whole("count", count, least=4), whole("settle", settle, least=1))
+    own = forced(system, start, period, counts, tolerance, step)
+    return _exponents(own)
+
+
+def lyapunov_diagram(
+    system: HybridSystem | ImpactOscillator,
+    start: Start | InitialState,
+    period: Period,
+    where: Where,
+    values: Numbers,
+    *,
+    count: int = 200,
+    settle: int = 100,
+    tolerance: ArrayLike | None = None,
+    step: AbstractMethod | AbstractStep | None = None,
+) -> Exponents:
+    """Lyapunov exponents of a forced system over values of a parameter.
+
+    All motions run side by side, on all processors, with progress on a terminal. Each array of the
+    result has an axis of the values before its own.
+
+    **Arguments:**
+
+    - `system`, `start`, `period`, `where`, `values`: as for `diagram`.
+    - `count`, `settle`: numbers of periods that are counted, and left out before them.
+    - `tolerance`, `step`: as for `solve`, or `simulate`.
+
+    **Raises** as `diagram` and `lyapunov` do.
+    """
+    counts = Counts(whole("count", count, least=4), whole("settle", settle, least=1))
+    own = forced(system, start, period, counts, tolerance, step)
+    swept = Swept(own, place_of(own.system, where))
+    return in_portions(_side_by_side, swept, as_values(values))
 
 
 @eqx.filter_jit
-def _grown(
-    run: _OneInterval,
-    system: HybridSystem,
-    surface: Every,
-    first: Section,
-    intervals: int,
-) -> tuple[Float[Array, "intervals numbers"], Start, RESULTS]:
-    """Logarithms of the growth in each interval, the end of the motion, and its result code."""
-    like = first.final.y
+def _exponents(own: Forced) -> Exponents:
+    begun = own.run.begun(own.system, own.start)
+    return exponents_of(own.run.growth(own.system, begun), own.run.period(own.system))
 
-    def one_interval(carry: tuple[Start, Array, RESULTS], _: None) -> tuple[PyTree, Array]:
-        start, directions, result = carry
 
-        def ended(numbers: Array) -> tuple[Array, Section]:
-            begun = Start(start.t, unpacked(numbers, like), start.mode, start.memory)
-            found = run(system, begun, surface)
-            return packed(found.final.y), found
+@eqx.filter_jit
+def _side_by_side(swept: Swept, values: Float[Array, " values"]) -> Exponents:
+    run = swept.forced.run
 
-        change, found = jax.jacfwd(ended, has_aux=True)(packed(start.y))
-        directions, factors = jnp.linalg.qr(change @ directions)
-        result = RESULTS.where(result == RESULTS.successful, found.result, result)
-        return (found.final, directions, result), jnp.log(jnp.abs(jnp.diag(factors)))
+    def motion(value: Scalar) -> Exponents:
+        return exponents_of(swept.growth(value), run.period(swept.at(value)))
 
-    directions = jnp.eye(packed(like).size, dtype=packed(like).dtype)
-    begun = first.final, directions, first.result
-    (final, _, result), growth = jax.lax.scan(one_interval, begun, length=intervals)
-    return growth, final, result
+    return run.side_by_side(motion, values)
