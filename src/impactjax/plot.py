@@ -17,6 +17,7 @@ from impactjax._report.residual_figures import plot_quantiles as quantiles
 from impactjax._report.response_figures import plot_basins as basins
 from impactjax._report.response_figures import plot_branch as branch
 from impactjax._report.response_figures import plot_diagram as diagram
+from impactjax._report.response_figures import plot_exponents as exponents
 from impactjax._report.restitution_figure import plot_learned_restitution as learned_restitution
 from impactjax._report.restitution_figure import plot_restitution as restitution
 from impactjax._report.search_figures import plot_first_look as first_look
@@ -32,6 +33,7 @@ __all__ = [
     "design",
     "diagram",
     "directions",
+    "exponents",
     "first_look",
     "fit",
     "impact_residuals",
