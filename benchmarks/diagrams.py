@@ -1,14 +1,17 @@
-"""Bifurcation diagrams of the forced pendulum, with the amplitudes of the thesis's sweep.
+"""Bifurcation diagrams and Lyapunov exponents of the forced pendulum over its frequency.
 
     python benchmarks/diagrams.py [--frequencies 2400]
 
-At each frequency from 3 to 15 Hz 200 periods are left out and 100 kept. Times are those of the
-first call, with compiling, and of the second one, with the compiler's options of the command.
+The amplitudes are those of the thesis's sweep. At each frequency from 3 to 15 Hz a diagram leaves
+out 200 periods and keeps 100, exponents leave out 100 and keep 200. Times are those of the first
+call, with compiling, and of the second one, with the compiler's options of the command.
 """
 
 import argparse
+import contextlib
 import os
 import time
+from collections.abc import Iterator
 
 import jax
 import jax.numpy as jnp
@@ -48,27 +51,37 @@ def period(model: ij.ImpactOscillator) -> Array:
 
 
 def main() -> None:
-    """Prints a line for each law."""
+    """Prints a line for each law and call."""
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--frequencies", type=int, default=2400)
     values = np.linspace(3.0, 15.0, arguments.parse_args().frequencies)
     for name, law in LAWS.items():
         pendulum = ij.Pendulum(13.47, zeta=0.0017, length=0.071, base=Swept(jnp.array(5.0)))
         model = ij.ImpactOscillator(pendulum, ij.Stop(law))
+        swept = model, ij.InitialState(0.3), period, hertz, values
         for call in ("first", "second"):
-            wall, processor = time.perf_counter(), time.process_time()
-            found = ij.diagram(
-                model, ij.InitialState(0.3), period, hertz, values, keep=100, skip=200
-            )
-            jax.block_until_ready(found.states)
-            wall, processor = time.perf_counter() - wall, time.process_time() - processor
-            good = int(np.sum(np.asarray(found.result == ij.RESULTS.successful)))
-            print(
-                f"{name}, {call} call: {wall:.1f} s, {processor:.1f} CPU s; "
-                f"{good} of {len(values)} lanes, {np.mean(np.asarray(found.period) == 0):.0%} "
-                "without a period",
-                flush=True,
-            )
+            with timed(f"{name}, diagram, {call} call"):
+                diagram = ij.diagram(*swept, keep=100, skip=200)
+                jax.block_until_ready(diagram.states)
+            with timed(f"{name}, exponents, {call} call"):
+                exponents = ij.lyapunov_diagram(*swept, count=200, settle=100)
+                jax.block_until_ready(exponents.values)
+        failed = int(np.sum(np.asarray(diagram.result != ij.RESULTS.successful)))
+        settled, largest = np.asarray(diagram.period) > 0, np.asarray(exponents.values)[:, 0]
+        print(
+            f"{failed} of {len(values)} lanes failed, {np.mean(~settled):.0%} have no period, "
+            f"{np.mean(largest > 0):.0%} a positive exponent, {np.mean(np.isneginf(largest)):.0%} "
+            "forget all at rest"
+        )
+
+
+@contextlib.contextmanager
+def timed(what: str) -> Iterator[None]:
+    """Prints how long something takes."""
+    wall, processor = time.perf_counter(), time.process_time()
+    yield
+    wall, processor = time.perf_counter() - wall, time.process_time() - processor
+    print(f"{what}: {wall:.1f} s, {processor:.1f} CPU s", flush=True)
 
 
 if __name__ == "__main__":

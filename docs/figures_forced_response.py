@@ -60,7 +60,7 @@ def draw_exponents(axes: Sequence[Axes]) -> None:
     swept = PAGE["begin"], PAGE["period"], PAGE["rate"], 2 * np.pi * hertz
     found = ij.diagram(model, *swept, keep=100, skip=200)
     axes[0].plot(hertz, found.states["position"], ",", color="0.2")
-    axes[0].set(ylabel="angle after each period [rad]")
+    axes[0].set(ylabel="angle [rad]")
     ij.plot.exponents(axes[1], ij.lyapunov_diagram(model, *swept), hertz)
     axes[1].set(xlabel="frequency [Hz]", ylabel="exponents [1/s]", ylim=(-30, 8))
 

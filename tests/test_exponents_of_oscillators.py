@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import impactjax as ij
 from tiers import mostly_thorough
@@ -66,15 +67,31 @@ def test_disturbances_die_out_at_rest():
     """At 1 Hz the pendulum rests on its stop in every period, and then forgets all before."""
     found = exponents(forced(ij.Restitution(R), 1.0, 33.2e-3))
     np.testing.assert_array_equal(found.values, -np.inf)
+    assert np.all(np.isnan(found.errors))
+
+
+def test_figure_of_exponents():
+    """Exponents of −∞ leave gaps."""
+    values = jnp.array([[1.0, -2.0], [-np.inf, -np.inf], [0.5, -3.0]])
+    unused = jnp.zeros((3, 2))
+    found = ij.Exponents(values, unused, unused[:, None], ij.Start(0.0, {}), ij.RESULTS.successful)
+    ax = Figure().subplots()
+    ij.plot.exponents(ax, found, np.arange(3.0))
+    np.testing.assert_array_equal(np.asarray(ax.lines[2].get_ydata()), [1.0, np.nan, 0.5])
+    np.testing.assert_array_equal(np.asarray(ax.lines[1].get_ydata()), [-2.0, np.nan, -3.0])
 
 
 def test_exponents_over_frequencies_are_those_of_each():
+    """Motions that have settled, whatever the rounding of the start."""
+    model, settle = forced(COMPLIANT, 9.0), 120
     omegas = 2 * np.pi * np.array([8.5, 9.0])
-    model = forced(COMPLIANT, 9.0)
-    found = ij.lyapunov_diagram(model, START, period, frequency, omegas, count=COUNT, settle=SETTLE)
+    found = ij.lyapunov_diagram(
+        model, START, period, frequency, omegas, count=COUNT, settle=settle, tolerance=1e-11
+    )
     assert found.values.shape == found.errors.shape == (2, 2)
     assert found.growth.shape == (2, COUNT, 2)
-    np.testing.assert_allclose(found.values[1], exponents(model).values, rtol=1e-9)
+    alone = ij.lyapunov(model, START, period, count=COUNT, settle=settle, tolerance=1e-11)
+    np.testing.assert_allclose(found.values[1], alone.values, rtol=1e-7)
 
 
 def test_end_of_the_motion_goes_on():
