@@ -18,7 +18,7 @@ class Exponents(eqx.Module):
 
     - `values`: the exponents per unit of time, the largest first.
     - `errors`: their standard errors, by batch means; they hold if the batches are longer than the
-      memory of the motion.
+      memory of the motion. NaN for an exponent of −∞.
     - `growth`: logarithms of the growth in each period, from which all follows.
     - `final`: the end of the motion, from which a `section`, or `simulate`, goes on.
     - `result`: result code.
