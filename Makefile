@@ -1,6 +1,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/pytest -n 2 --dist worksteal
+# Without the checks of types and shapes at run time, which all other tests have.
+UNCHECKED := -o addopts="--strict-markers --strict-config -ra"
 
 .PHONY: demo quick capabilities test rest test-all lowest project-files clean
 .DELETE_ON_ERROR:
@@ -22,11 +24,11 @@ test: quick capabilities
 capabilities: .venv/installed-for-tests
 	$(PYTEST) -m "not quick and not thorough" --durations=20 tests
 
-# The other laws, steps and statistics, and all pages; then notebooks under the compiler's own options, as
-# a library user has them: all other tests run under those of the command and without the compiler's
-# optimiser, so that a simulation compiles in a third of the time.
+# The other laws, steps and statistics, and all pages, without checks of types at run time: fits take two
+# thirds of the time. Then notebooks under the compiler's own options, as a library user has them: all other
+# tests run under those of the command and without the compiler's optimiser.
 rest: .venv/installed-for-tests
-	$(PYTEST) -m thorough --durations=20 tests
+	$(PYTEST) $(UNCHECKED) -m thorough --durations=20 tests
 	XLA_FLAGS= $(PYTEST) --nbmake --nbmake-timeout=600 notebooks
 
 # Everything.

@@ -2,6 +2,8 @@
 
 import functools
 import math
+from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -11,9 +13,10 @@ import pytest
 
 import impactjax as ij
 from laws import AS_POWER_LAWS, FORCES, LAWS, MASS
+from pages import assert_same_output, programs
 from tiers import mostly_thorough, quick, thorough
 
-TIMES = jnp.arange(1401) / 1000  # as on the page, so that they share compiled programs
+TIMES = jnp.arange(1401) / 1000  # as on the page
 START = ij.InitialState(0.78)
 FORCED = ij.HarmonicMotion(0.01, 2 * math.pi * 4.2)
 SIMULATION = ij.Simulation(max_steps=1024)
@@ -59,6 +62,22 @@ def couplings(model, **settings) -> ij.Couplings:
 @functools.cache
 def told(name: str) -> ij.Couplings:
     return couplings(pendulum(LAWS[name].law), forced=FORCED)
+
+
+@thorough
+def test_page_prints_what_it_says(capsys):
+    """Its own function for one law; for the others the couplings of this file."""
+    page = Path(__file__).parent.parent / "docs" / "couplings.md"
+    (definitions, _), *blocks = programs(page.read_text())
+    namespace: dict[str, Any] = {}
+    exec(definitions.text, namespace)
+    assert str(namespace["told"](LAWS["walton"].law)) == str(told("walton"))
+    names = {repr(usual.law): name for name, usual in LAWS.items()}
+    namespace["told"] = lambda law: told(names[repr(law)])
+    for block, promised in blocks:
+        exec(block.text, namespace)
+        assert promised is not None
+        assert_same_output(capsys.readouterr().out, promised)
 
 
 @pytest.mark.parametrize("name", mostly_thorough(COEFFICIENTS, "walton"))

@@ -3,55 +3,22 @@
 import re
 import shutil
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 import jax
 import pytest
 
+from pages import FENCE, assert_same_output, programs
 from tiers import mostly_thorough
 
 ROOT = Path(__file__).parent.parent
 PAGES = [*ROOT.glob("*.md"), ROOT / "data" / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SLOW = (
-    *("couplings.md", "design.md", "diffrax-events.md", "engine.md", "fitting.md", "how-do-i.md"),
-    *(
-        "forced-response.md",
-        "hybrid-systems.md",
-        "multiple-scales.md",
-        "other-libraries.md",
-        "several-recordings.md",
-        "studies.md",
-        "your-own.md",
-    ),
+    *("design.md", "diffrax-events.md", "engine.md", "fitting.md", "forced-response.md"),
+    *("how-do-i.md", "hybrid-systems.md", "multiple-scales.md", "other-libraries.md"),
+    *("several-recordings.md", "studies.md", "your-own.md"),
 )
-FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-
-
-class Block(NamedTuple):
-    """A fenced block: its language, its text, and where it is on the page."""
-
-    language: str
-    text: str
-    start: int
-    end: int
-
-
-def blocks(page: str) -> list[Block]:
-    return [Block(m[1], m[2], m.start(), m.end()) for m in FENCE.finditer(page)]
-
-
-def programs(page: str) -> list[tuple[Block, str | None]]:
-    """Python blocks, each with the output that the page gives right after it, if any."""
-    found = []
-    for block, after in pairwise([*blocks(page), Block("", "", len(page), len(page))]):
-        if block.language == "python":
-            follows = after.language == "text" and not page[block.end : after.start].strip()
-            found.append((block, after.text if follows else None))
-    return found
 
 
 def anchors(page: str) -> set[str]:
@@ -62,13 +29,6 @@ def anchors(page: str) -> set[str]:
     }
 
 
-def assert_same_output(printed: str, promised: str) -> None:
-    """The same words, and numbers equal but for what another processor may round otherwise."""
-    assert NUMBER.sub("#", printed).split() == NUMBER.sub("#", promised).split()
-    for number, other in zip(NUMBER.findall(printed), NUMBER.findall(promised), strict=True):
-        assert float(number) == pytest.approx(float(other), rel=2e-3)
-
-
 @pytest.fixture(autouse=True)
 def _no_programs_left() -> Iterator[None]:
     """Clears compiled programs after each page: all pages together have too many."""
@@ -76,7 +36,8 @@ def _no_programs_left() -> Iterator[None]:
     jax.clear_caches()
 
 
-WITH_PYTHON = [page for page in PAGES if programs(page.read_text())]
+ELSEWHERE = ("couplings.md",)  # test_couplings.py
+WITH_PYTHON = [page for page in PAGES if page.name not in ELSEWHERE and programs(page.read_text())]
 
 
 @pytest.mark.parametrize(

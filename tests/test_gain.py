@@ -11,7 +11,6 @@ from impactjax._fit.fit import best_from
 from impactjax._fit.search import Search
 from impactjax._problem.build_problem import build_problem
 from reference import pendulum, simulate_rigid
-from tiers import mostly_thorough
 
 OMEGA_N, ZETA, R = 13.47, 0.0017, 0.6
 TIMES = np.linspace(0.0, 1.4, 701)
@@ -36,8 +35,8 @@ def errors_off(estimate, gain):
     }
 
 
-@pytest.mark.parametrize("gain", mostly_thorough([0.92, 1.08], 1.08))
-def test_wrong_gain_does_not_falsify_natural_frequency(gain):
+def test_wrong_gain_does_not_falsify_natural_frequency():
+    gain = 1.08
     prepared = ij.prepare(record(gain, LARGE), laws=["restitution"])
     fitted = errors_off(ij.compare(prepared).best.estimate, gain)
     assert set(fitted) == {"omega_n", "r", "gain"}

@@ -22,7 +22,7 @@ def test_period_doubling_of_the_forced_pendulum():
     model = ij.ImpactOscillator(pendulum, ij.Stop(ij.KelvinVoigt(725.0, DAMPING_RATIO)))
     system = ij.MechanicalSystem(ij.OscillatorMechanism(model))
     start = system.start(0.0, jnp.array([0.3]), jnp.array([0.0]))
-    orbit = ij.periodic_orbit(system, start, lambda s: 2 * np.pi / frequency(s), settle=400)
+    orbit = ij.periodic_orbit(system, start, lambda s: 2 * np.pi / frequency(s), settle=40)
     assert orbit.stability == "stable"
     branch = ij.follow(orbit, frequency, (2 * np.pi * 5.43, 2 * np.pi * 5.5), longest=0.3)
     (doubling,) = [each for each in branch.special if each.kind == "period doubling"]

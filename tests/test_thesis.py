@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from command import impactjax
+from command import impactjax, impactjax_in_its_own_process
 from impactjax._thesis import constants
 from impactjax._thesis.claim import Claim, Verdict, judged
 from impactjax._thesis.compliance import figure_3_5
@@ -184,7 +184,7 @@ def test_page_has_these_verdicts():
 def table(tmp_path_factory):
     """The claims beside each figure, by one run of the whole command."""
     out = tmp_path_factory.mktemp("thesis")
-    run = impactjax("thesis", "--out", out)
+    run = impactjax_in_its_own_process("thesis", "--out", out)
     assert (run.status, run.stderr) == (0, "")
     assert all((out / f"figure-{number}.png").stat().st_size > 10_000 for number in NUMBERS)
     figures = json.loads((out / "thesis.json").read_text())["figures"]

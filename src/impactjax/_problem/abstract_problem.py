@@ -270,8 +270,10 @@ class AbstractProblem(eqx.Module):
         for the variance s² of `prior_weight`. If that is not known, it is 2 F/count: the minimum
         is then that of n log(F) + z² for small z²/n.
         """
+        if not self.known_before():
+            return model
         rows = self.prior_rows(self.at(u))
-        if not rows.deviations.shape[0]:
+        if not rows.deviations.shape[0]:  # priors of several recordings are residuals
             return model
         variance = known(self.prior_weight())
         found = 2 * model.cost / count if variance is None else variance
