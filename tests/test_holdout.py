@@ -1,19 +1,24 @@
-"""Predictions of the end of a record, against a straight line by NumPy."""
+"""Predictions of the end of a record and of another one, against straight lines by NumPy."""
 
 import dataclasses
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import impactjax as ij
+from command import fitted, impactjax
 from estimates import SMALL, TS
 from impactjax._compare.holdout import fitted_part, prediction
 from impactjax._fit.search import Search
 from impactjax._report.document import document
 from impactjax._report.page import page
 from impactjax._report.words import sentences
+from reference import pendulum, simulate_rigid
+from tiers import quick, thorough
 
+DATA = Path(__file__).parent.parent / "data" / "restitution.csv"
 VALUES = 0.3 + 0.7 * TS + 0.05 * np.random.default_rng(1).standard_normal(31)
 
 
@@ -89,6 +94,98 @@ def test_prediction_of_scattering_impacts_begins_at_the_last_fitted_one():
     missed = np.sqrt(np.mean((expected - times[11:]) ** 2))
     assert predicted.observations == 3
     assert predicted.rms == pytest.approx(missed, rel=1e-5)
+
+
+def bounces(r, speed, seed):
+    """Impact times of a ball that leaves the floor at a speed, with noise of 0.1 ms."""
+    flights = 2 * speed / ij.BouncingBall().gravity.item() * r ** np.arange(9)
+    times = 0.2 + np.concatenate([[0.0], np.cumsum(flights)])
+    return times + 1e-4 * np.random.default_rng(seed).standard_normal(10)
+
+
+def a_ball(times):
+    record = ij.ImpactTimes(times)
+    return ij.prepare(record, oscillator=ij.BouncingBall(), laws=["restitution"])
+
+
+def test_another_recording_is_predicted_but_for_its_start():
+    """At a fixed restitution impact times are linear in the first time and the first speed."""
+    other = bounces(0.83, 3.0, seed=2)
+    compared = ij.compare(a_ball(bounces(0.8, 2.0, seed=1)), holdout=a_ball(other))
+    (fitted,) = compared
+    r = float(fitted.estimate.value("r"))
+    summed = np.concatenate([[0.0], np.cumsum(r ** np.arange(9))])
+    rows = np.stack([np.ones(10), summed], axis=1)
+    left = rows @ np.linalg.lstsq(rows, other)[0] - other
+    assert fitted.prediction is not None
+    assert fitted.prediction.observations == 10
+    np.testing.assert_allclose(fitted.prediction.rms, np.sqrt(np.mean(left**2)), rtol=1e-6)
+    assert fitted.prediction.rms > 5 * float(fitted.estimate.rms)
+    said = next(each for each in sentences(compared.fits) if "held out" in each)
+    assert said.startswith("recording was held out: only the start of its motion was fitted to it.")
+    assert document([compared])["fits"][0]["prediction"]["recording"] == "recording"
+
+
+def swing(angle, seed):
+    """A recorded pendulum on a stop, by SciPy, with a zero of its own."""
+    ts, draw = np.arange(700) / 500, np.random.default_rng(seed)
+    run = simulate_rigid(pendulum(13.47, 0.0017), [angle, 0.0], ts, lambda speed: 0.6)
+    noise = np.radians(0.2) * draw.standard_normal(700)
+    values = run.position + draw.normal(0.0, np.radians(0.1)) + noise
+    return ij.prepare(
+        ij.Recording(ts, values, ij.Angle()),
+        laws=["restitution", "none"],
+        fixed={"dry_friction": None, "gain": 1.0, "cutoff": np.inf},
+    )
+
+
+@thorough
+def test_right_law_predicts_another_motion_within_its_noise():
+    compared = ij.compare(swing(0.7, 1), starts=ij.Starts(4), holdout=swing(0.5, 2))
+    assert [fit.is_free_flight for fit in compared] == [False, True]
+    right, wrong = (fit.prediction for fit in compared)
+    assert right is not None
+    assert wrong is not None
+    assert right.rms == pytest.approx(np.radians(0.2), rel=0.1)
+    assert wrong.rms > 5 * right.rms
+
+
+@quick
+def test_recording_of_another_quantity_is_refused():
+    with pytest.raises(ValueError, match="recording cannot be held out: it is a Recording in rad"):
+        ij.compare(a_ball(bounces(0.8, 2.0, 1)), holdout=swing(0.5, 2))
+
+
+@quick
+@pytest.mark.parametrize(
+    ("held_out", "says"),
+    [
+        ("1.5", "--holdout 1.5 must be a share from 0 to 0.9."),
+        ("nan", "--holdout nan must be a share from 0 to 0.9."),
+        (DATA, "is fitted itself: hold out another recording."),
+        ("0,3", "0,3: "),
+    ],
+)
+def test_what_cannot_be_held_out_is_refused_before_a_fit(held_out, says):
+    run = impactjax("fit", DATA, "--law", "restitution", "--holdout", held_out)
+    assert (run.status, run.stdout) == (2, "")
+    (line,) = run.stderr.splitlines()
+    assert says in line
+
+
+@thorough
+def test_command_predicts_another_recording(tmp_path):
+    for name, seed in (("one", 1), ("two", 2)):
+        times = "\n".join(f"{t:.6f}" for t in bounces(0.8, 2.0 + seed, seed))
+        (tmp_path / f"{name}.csv").write_text(f"impact time [s]\n{times}\n")
+    found = fitted(
+        *(tmp_path / "out", tmp_path / "one.csv", "--law", "restitution"),
+        *("--holdout", tmp_path / "two.csv"),
+    )
+    assert found.best["prediction"]["recording"].endswith("two.csv")
+    assert found.best["prediction"]["n_samples"] == 10
+    assert found.best["prediction"]["rms_residual"]["value"] == pytest.approx(1e-4, rel=0.5)
+    assert "two.csv was held out" in found.page
 
 
 @pytest.mark.parametrize("share", [-0.1, 1.0, np.nan])

@@ -20,6 +20,7 @@ from impactjax._cli.options import (
     SidecarFile,
     SystemName,
     files_of,
+    held_out,
     options,
     surveyed,
 )
@@ -31,7 +32,10 @@ from impactjax._compare.repeatability import repeatability
 from impactjax._report.write import report_files, report_texts
 
 _SEED_HELP = "Random seed for scattered starts."
-_HOLDOUT_HELP = "Share of the record, at its end, that is not fitted but predicted by each law."
+_HOLDOUT_HELP = (
+    "What is not fitted but predicted by each law: a share of the record, at its end, or another "
+    "recording of the same rig."
+)
 _TOGETHER_HELP = "The recordings are repeats of one experiment: means, and scatter between them."
 _LAW_HELP = f"A law to fit: {NO_LAW} (free flight), {', '.join(LAWS)}. May be given several times."
 
@@ -52,9 +56,9 @@ def fit_command(
     prior: Prior = None,
     loss: LossName = "squares",
     holdout: Annotated[
-        float,
-        typer.Option("--holdout", metavar="SHARE", min=0.0, max=0.9, help=_HOLDOUT_HELP),
-    ] = 0.0,
+        str,
+        typer.Option("--holdout", metavar="SHARE|RECORDING", help=_HOLDOUT_HELP),
+    ] = "0",
     together: Annotated[bool, typer.Option("--together", help=_TOGETHER_HELP)] = False,
     profiles: Annotated[bool, typer.Option("--profiles", help=_PROFILES_HELP)] = False,
     seed: Annotated[
@@ -75,6 +79,7 @@ def fit_command(
       impactjax fit swing.csv --law kelvin-voigt --law restitution --out results
       impactjax fit bounces.csv --system bouncing-ball --law restitution
       impactjax fit runs --law restitution --together
+      impactjax fit swing.csv --holdout another.csv
     """  # noqa: D301  Click takes the backspace as "do not wrap"
     with refusals_told():
         check_names(laws or [], system)
@@ -84,13 +89,16 @@ def fit_command(
         surveys = [surveyed(path, sidecar, oscillator, laws, said) for path in once]
         if together and len(once) < 2:
             raise Refusal("--together needs at least two recordings.")
+        unseen = held_out(holdout, once)
+        if isinstance(unseen, Path):
+            unseen = prepared_for(surveyed(unseen, sidecar, oscillator, laws, said), said)
         if profiles and out is None:
             raise Refusal("--profiles needs --out.")
         targets = _targets(out, force)
         made = [prepared_for(found, said) for found in surveys]
         for found in surveys:
             typer.echo(f"{checked(found)}\n")
-        comparisons = compared(made, seed, holdout)
+        comparisons = compared(made, seed, unseen)
         repeats = repeatability(comparisons) if together else None
     texts: tuple[str, ...] = ()
     if targets:  # computed before anything is written or printed

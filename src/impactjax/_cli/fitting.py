@@ -41,7 +41,9 @@ def prepared_for(found: Survey, said: Options) -> Prepared:
     return made._replace(experiments=own)
 
 
-def compared(prepared: Sequence[Prepared], seed: int, holdout: float = 0.0) -> list[Comparison]:
+def compared(
+    prepared: Sequence[Prepared], seed: int, holdout: float | Prepared = 0.0
+) -> list[Comparison]:
     """The laws of each recording, fitted and compared. Raises `Refusal` for one that cannot be."""
     folder = compiled_programs()
     search = Search() if folder is None else Search(kept(evaluate, folder / "traced"))

@@ -58,6 +58,7 @@ LossName = Annotated[str, typer.Option("--loss", metavar="NAME[=SCALE]", help=_L
 
 _SIDECAR = ".toml"
 _NO_LOW_PASS = "cutoff", "inf"  # the only value that may be infinite
+_MOST_HELD_OUT = 0.9
 _USUAL_SCALE = 2.0  # in standard deviations of the noise
 
 
@@ -138,6 +139,19 @@ def surveyed(
         raise
     except ValueError as error:
         raise Refusal(f"{path}: {error}") from error
+
+
+def held_out(text: str, fitted: Sequence[Path]) -> float | Path:
+    """The share of a recording, or another recording, that is held out. Raises `Refusal`."""
+    try:
+        share = float(text)
+    except ValueError:
+        if Path(text).resolve() in {path.resolve() for path in fitted}:
+            raise Refusal(f"{text} is fitted itself: hold out another recording.") from None
+        return Path(text)
+    if not 0 <= share <= _MOST_HELD_OUT:
+        raise Refusal(f"--holdout {text} must be a share from 0 to {_MOST_HELD_OUT}.")
+    return share
 
 
 def _fixed(text: str) -> tuple[str, float | None]:

@@ -8,7 +8,13 @@ import equinox as eqx
 from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.enlarge import enlarged
 from impactjax._compare.fit_models import Each, Progress, Settings, fit_models, ranked
-from impactjax._compare.holdout import check_holdout, fitted_part, prediction
+from impactjax._compare.holdout import (
+    check_another,
+    fitted_part,
+    prediction,
+    prediction_of_another,
+    share_of,
+)
 from impactjax._compare.prepare import Prepared
 from impactjax._compare.scattering import explains_more, with_intervals
 from impactjax._fit.fit import check_search
@@ -27,7 +33,7 @@ def compare(
     *,
     starts: Starts = Starts(16),
     optimiser: LevenbergMarquardt = LevenbergMarquardt(),
-    holdout: float = 0.0,
+    holdout: float | Prepared = 0.0,
     progress: Progress = lambda _: None,
 ) -> Comparison:
     """Fits of several models to one recording, ranked, with intervals from profile likelihoods.
@@ -48,10 +54,13 @@ def compare(
     - `experiments`: result of `prepare`, or experiments by names of your own.
     - `starts`, `optimiser`: settings of the searches.
     - `holdout`: share of the observations, at the end of the recording, that is not fitted but
-      predicted by each fit.
+      predicted by each fit; or what `prepare` made of another recording of the same rig. To that
+      one only the start of its motion is fitted, with the zero and drift of its sensor if they are
+      fitted.
     - `progress`: function called with the name of each model when its search begins.
 
-    **Raises** `ValueError` as `fit` does, and for experiments that are not on one recording.
+    **Raises** `ValueError` as `fit` does, for experiments that are not on one recording, and for a
+    share or a recording that cannot be held out.
     """
     return compare_by(Search(), experiments, starts, optimiser, progress, map, holdout)
 
@@ -63,17 +72,20 @@ def compare_by(
     optimiser: LevenbergMarquardt,
     progress: Progress,
     each: Each,
-    holdout: float = 0.0,
+    holdout: float | Prepared = 0.0,
 ) -> Comparison:
     """Variant of `compare` with a given search. `each` maps a function over the models of a stage:
     `map`, or that of a pool of threads.
     """
     check_search(starts, optimiser)
-    check_holdout(holdout)
     given = experiments.experiments if isinstance(experiments, Prepared) else experiments
     _check(given)
     may_rub = experiments.may_rub if isinstance(experiments, Prepared) else frozenset[str]()
-    own = {name: _without_end(experiment, holdout) for name, experiment in given.items()}
+    share = share_of(holdout)
+    if isinstance(holdout, Prepared):
+        for experiment in given.values():
+            check_another(holdout, experiment.recording)
+    own = {name: _without_end(experiment, share) for name, experiment in given.items()}
     settings = Settings(starts, optimiser, search, progress, each)
     fits, said = fit_models(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
@@ -84,9 +96,9 @@ def compare_by(
         said.append(sentence)
     fits, on_scatter = with_intervals(fits, own, settings) if fits else (fits, [])
     said += on_scatter
-    if holdout > 0:
+    if isinstance(holdout, Prepared) or share > 0:
         whole = next(iter(given.values())).recording
-        fits = {name: _scored(fitted, whole, settings) for name, fitted in fits.items()}
+        fits = {name: _scored(fitted, whole, holdout, settings) for name, fitted in fits.items()}
     comparison = Comparison("recording", tuple(ranked(fits)), notes=tuple(said), seed=starts.seed)
     if not isinstance(experiments, Prepared):
         return comparison
@@ -101,9 +113,15 @@ def _without_end(experiment: Experiment, share: float) -> Experiment:
     return dataclasses.replace(experiment, recording=fitted_part(experiment.recording, share))
 
 
-def _scored(fitted: Fitted, whole: AbstractRecording, settings: Settings) -> Fitted:
-    """The fit with its prediction of the part that was held out."""
-    found = prediction(fitted.estimate, whole, settings.optimiser, settings.search)
+def _scored(
+    fitted: Fitted, whole: AbstractRecording, holdout: float | Prepared, settings: Settings
+) -> Fitted:
+    """The fit with its prediction of what was held out."""
+    starts, optimiser, search = settings.starts, settings.optimiser, settings.search
+    if isinstance(holdout, Prepared):
+        found = prediction_of_another(fitted.estimate, holdout, starts, optimiser, search)
+    else:
+        found = prediction(fitted.estimate, whole, optimiser, search)
     return fitted._replace(prediction=found)
 
 

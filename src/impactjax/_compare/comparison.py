@@ -21,7 +21,7 @@ class Fitted(NamedTuple):
     - `stated`: names of the parameters whose values the user stated.
     - `worse_than`: names of special cases of the model that fit better. That is a failure of the
       search, so the estimate counts as not converged.
-    - `prediction`: prediction of the part that was held out; `None` if none was.
+    - `prediction`: prediction of what was held out; `None` if nothing was.
     """
 
     name: str

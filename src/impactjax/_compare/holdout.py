@@ -1,18 +1,30 @@
-"""Scores of a fit against the end of its record, which was held out."""
+"""Scores of a fit against what was held out: the end of its record, or another recording."""
 
+import dataclasses
 from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from impactjax._compare.prepare import Prepared
+from impactjax._compare.step_budget import step_budget
 from impactjax._fit.estimate import Estimate
+from impactjax._fit.fit import best_from
 from impactjax._fit.search import Search
+from impactjax._fit.starts import Starts
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
+from impactjax._problem.build_problem import build_problem
+from impactjax._problem.experiment import Experiment
+from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
+from impactjax._problem.scatter import NoScatter
 from impactjax._record.abstract_recording import AbstractRecording
 
 R = TypeVar("R", bound=AbstractRecording)
+
+_RIG = ("model", "sensor")  # parts of a system that other recordings share
+_OF_ONE = ("offset", "drift")  # parameters of the sensor that they do not share
 
 
 class Prediction(NamedTuple):
@@ -21,18 +33,35 @@ class Prediction(NamedTuple):
     - `observations`: number of those that count.
     - `rms`: root mean square of predicted minus recorded, in the recording's SI unit; infinite if
       the simulation failed.
+    - `recording`: name of the recording that was held out; empty for the end of the fitted one.
     """
 
     observations: int
     rms: float
+    recording: str = ""
 
 
-def check_holdout(share: float) -> None:
-    """Raises `ValueError` for a share of a recording that cannot be held out."""
+def share_of(holdout: float | Prepared) -> float:
+    """The share of the fitted recording that is held out.
+
+    **Raises** `ValueError` for a share that cannot be held out.
+    """
+    share = 0.0 if isinstance(holdout, Prepared) else holdout
     if not 0 <= share < 1:
         raise ValueError(
             f"Argument `holdout` is the share of the observations to hold out, from 0 to less than "
             f"1, but it is {share}."
+        )
+    return share
+
+
+def check_another(held_out: Prepared, fitted: AbstractRecording) -> None:
+    """Raises `ValueError` if a recording that is held out is not of the fitted one's quantity."""
+    other = _any(held_out).recording
+    if (type(fitted), fitted.unit) != (type(other), other.unit):
+        raise ValueError(
+            f"{held_out.name} cannot be held out: it is a {type(other).__name__} in {other.unit}, "
+            f"and what is fitted is a {type(fitted).__name__} in {fitted.unit}."
         )
 
 
@@ -64,3 +93,47 @@ def prediction(
     left = np.asarray(found.answer.residuals)[: len(unseen)][unseen]
     rms = float(np.sqrt(np.mean(left**2))) if np.isfinite(left).all() else np.inf
     return Prediction(len(left), rms)
+
+
+def prediction_of_another(
+    estimate: Estimate[Problem],
+    held_out: Prepared,
+    starts: Starts,
+    optimiser: LevenbergMarquardt,
+    search: Search,
+) -> Prediction:
+    """The prediction of another recording of the same rig. Only the start of its motion is fitted
+    to it, with the zero and the drift of its sensor if they were fitted; impacts follow the law
+    without scatter.
+    """
+    problem = build_problem(_on_the_rig(estimate, held_out))
+    found = best_from(problem, starts.lanes(problem), optimiser, search)
+    rms = float(found.rms) if np.isfinite(found.rms) else np.inf
+    return Prediction(int(found.problem.observations), rms, held_out.name)
+
+
+def _any(held_out: Prepared) -> Experiment:
+    """One of the experiments, which differ in their laws only."""
+    return next(iter(held_out.experiments.values()))
+
+
+def _on_the_rig(estimate: Estimate[Problem], held_out: Prepared) -> Experiment:
+    """An experiment on a recording that is held out, with the fitted model and sensor."""
+    other, system = _any(held_out), estimate.system
+    parts = {name: handle.path[0] for name, handle in handles(system).items()}
+    held = [name for name, part in parts.items() if part in _RIG and name not in _OF_ONE]
+    start = {name: value for name, value in other.fixed.items() if parts.get(name) not in _RIG}
+    zero = {name: getattr(other.sensor, name) for name in _OF_ONE}
+    return dataclasses.replace(
+        other,
+        model=system.model,
+        sensor=dataclasses.replace(system.sensor, **zero),
+        fixed={**start, **dict.fromkeys(held)},
+        free=tuple(name for name in _OF_ONE if name in estimate.names),
+        ties={},
+        priors={},
+        bounds={},
+        loss=estimate.problem.loss,
+        scatter=NoScatter(),
+        simulation=step_budget(other.recording, held_out.first_look, system.model),
+    )

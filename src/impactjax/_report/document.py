@@ -121,11 +121,12 @@ def _fit(fitted: Fitted) -> dict[str, Any]:
 
 
 def _prediction(fitted: Fitted) -> dict[str, Any] | None:
-    """The prediction of the part of the recording that was held out."""
+    """The prediction of what was held out; `recording` is null for the end of the fitted one."""
     found, unit = fitted.prediction, fitted.estimate.problem.recording.unit
     if found is None:
         return None
     return {
+        "recording": found.recording or None,
         "n_samples": found.observations,
         "rms_residual": {"value": json_number(found.rms), "unit": unit},
     }

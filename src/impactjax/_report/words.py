@@ -76,7 +76,7 @@ def _does_not_fit(estimate: Estimate[Problem], share: float) -> str:
 
 
 def _predictions(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
-    """Sentence on how well each law predicts the part of the record that was held out."""
+    """Sentences on how well each law predicts what was held out."""
     told = [
         f"{each.name} {each.prediction.rms * factor:.3g}"
         for each in fits
@@ -85,9 +85,12 @@ def _predictions(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
     held = fits[0].prediction
     if held is None or not told:
         return []
+    what = f"The last {held.observations} observations were held out."
+    if held.recording:
+        what = f"{held.recording} was held out: only the start of its motion was fitted to it."
     return [
-        f"The last {held.observations} observations were held out. Predicted minus recorded, "
-        f"{unit} rms: {', '.join(told)}; the fit of {fits[0].name} to the rest leaves "
+        f"{what} Predicted minus recorded, "
+        f"{unit} rms: {', '.join(told)}; the fit of {fits[0].name} leaves "
         f"{float(fits[0].estimate.rms) * factor:.3g}."
     ]
 
