@@ -14,8 +14,9 @@ import pytest
 import impactjax as ij
 from laws import AS_POWER_LAWS, FORCES, LAWS, MASS
 from pages import assert_same_output, programs
-from tiers import mostly_thorough, quick, thorough
+from tiers import mostly_thorough, quick
 
+PAGE = Path(__file__).parent.parent / "docs" / "couplings.md"
 TIMES = jnp.arange(1401) / 1000  # as on the page
 START = ij.InitialState(0.78)
 FORCED = ij.HarmonicMotion(0.01, 2 * math.pi * 4.2)
@@ -64,24 +65,7 @@ def told(name: str) -> ij.Couplings:
     return couplings(pendulum(LAWS[name].law), forced=FORCED)
 
 
-@thorough
-def test_page_prints_what_it_says(capsys):
-    """Its own function for one law; for the others the couplings of this file."""
-    page = Path(__file__).parent.parent / "docs" / "couplings.md"
-    (definitions, _), *blocks = programs(page.read_text())
-    namespace: dict[str, Any] = {}
-    exec(definitions.text, namespace)
-    assert str(namespace["told"](LAWS["walton"].law)) == str(told("walton"))
-    names = {repr(usual.law): name for name, usual in LAWS.items()}
-    namespace["told"] = lambda law: told(names[repr(law)])
-    for block, promised in blocks:
-        exec(block.text, namespace)
-        assert promised is not None
-        assert_same_output(capsys.readouterr().out, promised)
-
-
-@pytest.mark.parametrize("name", mostly_thorough(COEFFICIENTS, "walton"))
-def test_rebound_speeds_leave_the_dimensionless_group(name):
+def rebound_speeds_leave_the_dimensionless_group(name):
     """With the length l = (m v²/k)^(1/(n+1)), restitution depends on (C/k) l^(p−n) v^q alone, and
     so on C/k^e with e = (p+1)/(n+1).
     """
@@ -92,16 +76,14 @@ def test_rebound_speeds_leave_the_dimensionless_group(name):
     assert abs(math.degrees(math.atan(damping / stiffness) - expected)) < 0.1
 
 
-@pytest.mark.parametrize("name", mostly_thorough(["walton", "simon"], "walton"))
-def test_null_direction_of_the_thesis(name):
+def null_direction_is_that_of_the_thesis(name):
     null = np.array(told(name).measurements["rebound speeds"].directions.exponents)[-1]
     direction = np.array(COEFFICIENTS[name]) @ null
     along = direction @ [1, 1] / math.sqrt(2) / np.linalg.norm(direction)
     assert math.degrees(math.acos(min(along, 1.0))) < 0.1
 
 
-@pytest.mark.parametrize("name", mostly_thorough(LAWS, "restitution", "walton"))
-def test_what_each_measurement_determines(name):
+def measurements_determine_what_they_should(name):
     found, force = told(name), name in FORCES
     further = ["record from two starts", "record with forcing"]
     measured = ["rebound speeds", "record", *(WITH_FORCE if force else []), *further]
@@ -117,8 +99,7 @@ def test_what_each_measurement_determines(name):
         assert max(first[1:]) < 0.75 * first[0]
 
 
-@pytest.mark.parametrize("name", mostly_thorough(COEFFICIENTS, "walton"))
-def test_forcing_tells_the_group_best(name):
+def forcing_tells_the_group_best(name):
     n, p = AS_POWER_LAWS[name][2:4]
     group = np.array([-(p + 1) / (n + 1), 1.0]) @ np.array(COEFFICIENTS[name])
     found = told(name).measurements
@@ -175,24 +156,50 @@ CLAIMS = {  # of the sentences on the page, about `bounds` of the law
 }
 
 
-@pytest.mark.parametrize("name", mostly_thorough(CLAIMS, "restitution", "walton"))
-def test_sentences_of_the_page(name):
-    assert CLAIMS[name](told(name).bounds)
-
-
-@thorough
-def test_power_law_is_told_by_one_combination():
+def power_law_is_told_by_one_combination():
     found = told("power-law")
     error = float(found.measurements["record"].directions.error(np.array([-0.8, 1.0])))
     assert np.all(found.bounds["record"] > 9 * error)
 
 
-@pytest.mark.parametrize("name", mostly_thorough(["simon", "pust-peterka"]))
-def test_stiffness_without_effect_costs_nothing(name):
+def stiffness_without_effect_costs_nothing(name):
     speeds = told(name).measurements["rebound speeds"]
     alone = 1 / np.linalg.norm(np.asarray(speeds.sensitivities)[:, 1])
     expected = np.array([np.inf, alone])
     np.testing.assert_allclose(told(name).bounds["rebound speeds"], expected, rtol=1e-9)
+
+
+def page_prints_what_it_says(name):
+    """The table of the law on the page, and for one law the page's own function."""
+    (definitions, _), *blocks = programs(PAGE.read_text())
+    laws: list[Any] = []
+    tables = {}
+    for block, promised in blocks:
+        exec(block.text, {"ij": ij, "told": laws.append})
+        tables[repr(laws[-1])] = promised
+    assert_same_output(str(told(name)), tables[repr(LAWS[name].law)])
+    if name == "walton":
+        namespace: dict[str, Any] = {}
+        exec(definitions.text, namespace)
+        assert str(namespace["told"](LAWS[name].law)) == str(told(name))
+
+
+@pytest.mark.parametrize("name", mostly_thorough(LAWS, "restitution", "walton"))
+def test_all_that_is_known_of_a_law(name):
+    """In one test, since the couplings of a law take long."""
+    measurements_determine_what_they_should(name)
+    if name in CLAIMS:
+        assert CLAIMS[name](told(name).bounds)
+        page_prints_what_it_says(name)
+    if name in COEFFICIENTS:
+        rebound_speeds_leave_the_dimensionless_group(name)
+        forcing_tells_the_group_best(name)
+    if name in ("walton", "simon"):
+        null_direction_is_that_of_the_thesis(name)
+    if name in ("simon", "pust-peterka"):
+        stiffness_without_effect_costs_nothing(name)
+    if name == "power-law":
+        power_law_is_told_by_one_combination()
 
 
 def test_restitution_of_hertz_with_dashpot_depends_on_one_group():
