@@ -4,14 +4,16 @@ import dataclasses
 import json
 from pathlib import Path
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import impactjax as ij
 from command import fitted, impactjax
 from estimates import SMALL, TS
-from impactjax._compare.holdout import fitted_part, prediction
+from impactjax._compare.holdout import fitted_part, prediction, prediction_of_another
 from impactjax._fit.search import Search
+from impactjax._outcome import Outcome
 from impactjax._report.document import document
 from impactjax._report.page import page
 from impactjax._report.words import sentences
@@ -124,6 +126,11 @@ def test_another_recording_is_predicted_but_for_its_start():
     said = next(each for each in sentences(compared.fits) if "held out" in each)
     assert said.startswith("recording was held out: only the start of its motion was fitted to it.")
     assert document([compared])["fits"][0]["prediction"]["recording"] == "recording"
+    worse = jnp.asarray(int(Outcome.WORSE_THAN_SPECIAL_CASE))
+    failed = dataclasses.replace(fitted.estimate, outcome=worse)
+    searches = ij.Starts(1), ij.LevenbergMarquardt(), Search()
+    found = prediction_of_another(failed, a_ball(other), *searches)
+    assert found == (10, np.inf, "recording")
 
 
 def swing(angle, seed):

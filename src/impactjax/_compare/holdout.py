@@ -1,6 +1,7 @@
 """Scores of a fit against what was held out: the end of its record, or another recording."""
 
 import dataclasses
+import numbers
 from typing import NamedTuple, TypeVar
 
 import equinox as eqx
@@ -32,7 +33,7 @@ class Prediction(NamedTuple):
 
     - `observations`: number of those that count.
     - `rms`: root mean square of predicted minus recorded, in the recording's SI unit; infinite if
-      the simulation failed.
+      the fit or the simulation failed.
     - `recording`: name of the recording that was held out; empty for the end of the fitted one.
     """
 
@@ -44,8 +45,14 @@ class Prediction(NamedTuple):
 def share_of(holdout: float | Prepared) -> float:
     """The share of the fitted recording that is held out.
 
-    **Raises** `ValueError` for a share that cannot be held out.
+    **Raises** `TypeError` for what is neither a share nor prepared, and `ValueError` for a share
+    that cannot be held out.
     """
+    if not isinstance(holdout, numbers.Real | Prepared):
+        raise TypeError(
+            "Argument `holdout` must be a share of the observations or what `prepare` made of "
+            f'another recording, such as prepare("another.csv"), but it is {holdout!r}.'
+        )
     share = 0.0 if isinstance(holdout, Prepared) else holdout
     if not 0 <= share < 1:
         raise ValueError(
@@ -106,10 +113,13 @@ def prediction_of_another(
     to it, with the zero and the drift of its sensor if they were fitted; impacts follow the law
     without scatter.
     """
+    count = int(np.asarray(_any(held_out).recording.valid).sum())
+    if not bool(estimate.converged):
+        return Prediction(count, np.inf, held_out.name)
     problem = build_problem(_on_the_rig(estimate, held_out))
     found = best_from(problem, starts.lanes(problem), optimiser, search)
     rms = float(found.rms) if np.isfinite(found.rms) else np.inf
-    return Prediction(int(found.problem.observations), rms, held_out.name)
+    return Prediction(count, rms, held_out.name)
 
 
 def _any(held_out: Prepared) -> Experiment:
@@ -122,7 +132,7 @@ def _on_the_rig(estimate: Estimate[Problem], held_out: Prepared) -> Experiment:
     other, system = _any(held_out), estimate.system
     parts = {name: handle.path[0] for name, handle in handles(system).items()}
     held = [name for name, part in parts.items() if part in _RIG and name not in _OF_ONE]
-    start = {name: value for name, value in other.fixed.items() if parts.get(name) not in _RIG}
+    start = {name: own for name, own in other.fixed.items() if parts.get(name, "model") not in _RIG}
     zero = {name: getattr(other.sensor, name) for name in _OF_ONE}
     return dataclasses.replace(
         other,
