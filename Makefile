@@ -2,7 +2,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/pytest -n 2 --dist worksteal
 # Without the checks of types and shapes at run time, which all other tests have.
-UNCHECKED := -o addopts="--strict-markers --strict-config -ra"
+UNCHECKED := --jaxtyping-packages=
 
 .PHONY: demo quick capabilities test rest test-all lowest project-files clean
 .DELETE_ON_ERROR:

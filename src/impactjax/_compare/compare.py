@@ -8,13 +8,7 @@ import equinox as eqx
 from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.enlarge import enlarged
 from impactjax._compare.fit_models import Each, Progress, Settings, fit_models, ranked
-from impactjax._compare.holdout import (
-    check_another,
-    fitted_part,
-    prediction,
-    prediction_of_another,
-    share_of,
-)
+from impactjax._compare.holdout import fitted_part, prediction, prediction_of_another, share_of
 from impactjax._compare.prepare import Prepared
 from impactjax._compare.scattering import explains_more, with_intervals
 from impactjax._fit.fit import check_search
@@ -81,10 +75,7 @@ def compare_by(
     given = experiments.experiments if isinstance(experiments, Prepared) else experiments
     _check(given)
     may_rub = experiments.may_rub if isinstance(experiments, Prepared) else frozenset[str]()
-    share = share_of(holdout)
-    if isinstance(holdout, Prepared):
-        for experiment in given.values():
-            check_another(holdout, experiment.recording)
+    share = share_of(holdout, [experiment.recording for experiment in given.values()])
     own = {name: _without_end(experiment, share) for name, experiment in given.items()}
     settings = Settings(starts, optimiser, search, progress, each)
     fits, said = fit_models(own, settings, {}), []
@@ -96,9 +87,12 @@ def compare_by(
         said.append(sentence)
     fits, on_scatter = with_intervals(fits, own, settings) if fits else (fits, [])
     said += on_scatter
-    if isinstance(holdout, Prepared) or share > 0:
-        whole = next(iter(given.values())).recording
-        fits = {name: _scored(fitted, whole, holdout, settings) for name, fitted in fits.items()}
+    if holdout != 0:
+
+        def scored(name: str) -> Fitted:
+            return _scored(fits[name], given[name].recording, holdout, settings)
+
+        fits = dict(zip(fits, settings.each(scored, fits), strict=True))
     comparison = Comparison("recording", tuple(ranked(fits)), notes=tuple(said), seed=starts.seed)
     if not isinstance(experiments, Prepared):
         return comparison
@@ -119,6 +113,7 @@ def _scored(
     """The fit with its prediction of what was held out."""
     starts, optimiser, search = settings.starts, settings.optimiser, settings.search
     if isinstance(holdout, Prepared):
+        settings.progress(f"{fitted.name}, held out")
         found = prediction_of_another(fitted.estimate, holdout, starts, optimiser, search)
     else:
         found = prediction(fitted.estimate, whole, optimiser, search)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import numbers
+from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 import equinox as eqx
@@ -42,29 +43,31 @@ class Prediction(NamedTuple):
     recording: str = ""
 
 
-def share_of(holdout: float | Prepared) -> float:
-    """The share of the fitted recording that is held out.
+def share_of(holdout: float | Prepared, fitted: Sequence[AbstractRecording]) -> float:
+    """The share of the fitted recordings that is held out; 0 if another recording is.
 
     **Raises** `TypeError` for what is neither a share nor prepared, and `ValueError` for a share
-    that cannot be held out.
+    that cannot be held out, and for a recording of another quantity than those fitted.
     """
-    if not isinstance(holdout, numbers.Real | Prepared):
+    if isinstance(holdout, Prepared):
+        for each in fitted:
+            _check_quantity(holdout, each)
+        return 0.0
+    if not isinstance(holdout, numbers.Real):
         raise TypeError(
             "Argument `holdout` must be a share of the observations or what `prepare` made of "
             f'another recording, such as prepare("another.csv"), but it is {holdout!r}.'
         )
-    share = 0.0 if isinstance(holdout, Prepared) else holdout
-    if not 0 <= share < 1:
+    if not 0 <= holdout < 1:
         raise ValueError(
             f"Argument `holdout` is the share of the observations to hold out, from 0 to less than "
-            f"1, but it is {share}."
+            f"1, but it is {holdout}."
         )
-    return share
+    return holdout
 
 
-def check_another(held_out: Prepared, fitted: AbstractRecording) -> None:
-    """Raises `ValueError` if a recording that is held out is not of the fitted one's quantity."""
-    other = _any(held_out).recording
+def _check_quantity(held_out: Prepared, fitted: AbstractRecording) -> None:
+    other = _first(held_out).recording
     if (type(fitted), fitted.unit) != (type(other), other.unit):
         raise ValueError(
             f"{held_out.name} cannot be held out: it is a {type(other).__name__} in {other.unit}, "
@@ -113,7 +116,7 @@ def prediction_of_another(
     to it, with the zero and the drift of its sensor if they were fitted; impacts follow the law
     without scatter.
     """
-    count = int(np.asarray(_any(held_out).recording.valid).sum())
+    count = int(np.asarray(_first(held_out).recording.valid).sum())
     if not bool(estimate.converged):
         return Prediction(count, np.inf, held_out.name)
     problem = build_problem(_on_the_rig(estimate, held_out))
@@ -122,24 +125,26 @@ def prediction_of_another(
     return Prediction(count, rms, held_out.name)
 
 
-def _any(held_out: Prepared) -> Experiment:
-    """One of the experiments, which differ in their laws only."""
+def _first(held_out: Prepared) -> Experiment:
+    """The first of the experiments, which differ in their models only."""
     return next(iter(held_out.experiments.values()))
 
 
 def _on_the_rig(estimate: Estimate[Problem], held_out: Prepared) -> Experiment:
-    """An experiment on a recording that is held out, with the fitted model and sensor."""
-    other, system = _any(held_out), estimate.system
+    """An experiment on a recording that is held out, with the fitted model and sensor. Values that
+    were stated for its start, zero and drift are kept.
+    """
+    other, system = _first(held_out), estimate.system
     parts = {name: handle.path[0] for name, handle in handles(system).items()}
     held = [name for name, part in parts.items() if part in _RIG and name not in _OF_ONE]
-    start = {name: own for name, own in other.fixed.items() if parts.get(name, "model") not in _RIG}
+    stated = {name: x for name, x in other.fixed.items() if name in {*parts} - {*held}}
     zero = {name: getattr(other.sensor, name) for name in _OF_ONE}
     return dataclasses.replace(
         other,
         model=system.model,
         sensor=dataclasses.replace(system.sensor, **zero),
-        fixed={**start, **dict.fromkeys(held)},
-        free=tuple(name for name in _OF_ONE if name in estimate.names),
+        fixed={**stated, **dict.fromkeys(held)},
+        free=[name for name in _OF_ONE if name in estimate.names and name not in stated],
         ties={},
         priors={},
         bounds={},

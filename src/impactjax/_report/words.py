@@ -76,7 +76,7 @@ def _does_not_fit(estimate: Estimate[Problem], share: float) -> str:
 
 
 def _predictions(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
-    """Sentences on how well each law predicts what was held out."""
+    """Sentence on how well each law predicts what was held out."""
     told = [
         f"{each.name} {each.prediction.rms * factor:.3g}"
         for each in fits
@@ -85,13 +85,13 @@ def _predictions(fits: Sequence[Fitted], unit: str, factor: float) -> list[str]:
     held = fits[0].prediction
     if held is None or not told:
         return []
-    what = f"The last {held.observations} observations were held out."
+    what, fitted = f"The last {held.observations} observations were held out.", "the rest"
     if held.recording:
-        what = f"{held.recording} was held out: only the start of its motion was fitted to it."
+        what = f"{held.recording} was held out: nothing of the model was fitted to it."
+        fitted = "its own recording"
     return [
-        f"{what} Predicted minus recorded, "
-        f"{unit} rms: {', '.join(told)}; the fit of {fits[0].name} leaves "
-        f"{float(fits[0].estimate.rms) * factor:.3g}."
+        f"{what} Predicted minus recorded, {unit} rms: {', '.join(told)}; the fit of "
+        f"{fits[0].name} to {fitted} leaves {float(fits[0].estimate.rms) * factor:.3g}."
     ]
 
 
