@@ -87,12 +87,13 @@ def compare_by(
         said.append(sentence)
     fits, on_scatter = with_intervals(fits, own, settings) if fits else (fits, [])
     said += on_scatter
-    if holdout != 0:
+    if fits and holdout != 0:
+        whole = next(iter(given.values())).recording
 
-        def scored(name: str) -> Fitted:
-            return _scored(fits[name], given[name].recording, holdout, settings)
+        def scored(fitted: Fitted) -> Fitted:
+            return _scored(fitted, whole, holdout, settings)
 
-        fits = dict(zip(fits, settings.each(scored, fits), strict=True))
+        fits = dict(zip(fits, settings.each(scored, fits.values()), strict=True))
     comparison = Comparison("recording", tuple(ranked(fits)), notes=tuple(said), seed=starts.seed)
     if not isinstance(experiments, Prepared):
         return comparison
