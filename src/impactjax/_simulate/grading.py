@@ -22,16 +22,31 @@ class Grading(NamedTuple):
     begins: Scalar
     ends: Scalar
 
-    def stage(self, sigma: float, rates: list[Array]) -> list[Array]:
-        """The derivatives by σ, over h, from those by time."""
+    def weight(self, sigma: Scalar) -> Scalar:
+        """The derivative by σ of the share of the step's duration that has passed."""
         early, late = 2 * sigma, 2 * (1 - sigma)
-        weight = jnp.where(self.begins > 0, early, jnp.where(self.ends > 0, late, 1.0))
+        return jnp.where(self.begins > 0, early, jnp.where(self.ends > 0, late, 1.0))
+
+    def stage(self, sigma: Scalar, rates: list[Array]) -> list[Array]:
+        """The derivatives by σ, over h, from those by time."""
+        weight = self.weight(sigma)
         return [jnp.where(weight > 0, weight * rate, 0.0) for rate in rates]
 
-    def share(self, sigma: float) -> Scalar:
+    def share(self, sigma: Scalar) -> Scalar:
         """The share of the step's duration that has passed at the stage σ."""
         early, late = sigma**2, sigma * (2 - sigma)
         return jnp.where(self.begins > 0, early, jnp.where(self.ends > 0, late, sigma))
+
+    def sigma(self, share: Scalar) -> Scalar:
+        """The stage σ at which a share of the step's duration has passed."""
+        early, late = _root(share), 1 - _root(1 - share)
+        return jnp.where(self.begins > 0, early, jnp.where(self.ends > 0, late, share))
+
+
+def _root(share: Scalar) -> Scalar:
+    """The square root; zero, with a derivative of zero, of what is not positive."""
+    positive = share > 0
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, share, 1.0)), 0.0)
 
 
 def grading_of(automaton: Automaton, y: State, mode: Mode, event: Code) -> Grading:

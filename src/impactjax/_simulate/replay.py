@@ -157,7 +157,7 @@ def _push_forward(
         return step.expand(automaton(model), t, y, mode, *whole)
 
     def flowed(model: ImpactOscillator, expansion: PyTree, h: Scalar) -> State:
-        return step.evaluate(automaton(model), mode, expansion, h, jnp.zeros_like(h))
+        return step.end(automaton(model), mode, expansion, h)
 
     def pushed(d_model: ImpactOscillator, d_expansion: PyTree, d_h: Scalar) -> State:
         return jax.jvp(flowed, (model, expansion, h), (d_model, d_expansion, d_h))[1]

@@ -1,19 +1,20 @@
 """A step by an explicit Runge-Kutta method of Diffrax."""
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, PyTree
 
 from impactjax._hybrid.explicit_step import ExplicitStep
 from impactjax._series.crossing import shortened
 from impactjax._simulate.automaton import NO_EVENT, Automaton
+from impactjax._simulate.dense_output import Expansion, expanded, within
 from impactjax._simulate.flow import driven_acceleration
-from impactjax._simulate.grading import Grading, grading_of, time_to_surface
+from impactjax._simulate.grading import grading_of, time_to_surface
+from impactjax._simulate.stages import ends_of_steps
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._simulate.step_event import along_flow, first_event
@@ -30,14 +31,6 @@ _LOCAL = 0.5  # local error asked for, as a fraction of the tolerance
 _CLOSE = 0.5  # time left to the surface after a step in a contact, relative to the step's duration
 _CONFIRM = 0.7  # share of a step that begins a contact, at which it must be accurate too
 _SLOW = 1e-4  # of the largest speed: errors of a slower mass need not be smaller
-
-
-class _Expansion(NamedTuple):
-    """Start of a step; samples within it are computed as separate steps from there."""
-
-    t: Scalar
-    y: State
-    grading: Grading
 
 
 class _Memory(NamedTuple):
@@ -59,7 +52,8 @@ class RungeKutta(AbstractStep):
 
     A step that ends beyond an event is repeated with a shorter duration, by Newton's method, until
     it ends on the event. Guards are checked inside the step through their quintic Hermite
-    polynomials. A sample within a step is computed by a shorter step from the same start.
+    polynomials. Samples within a step are those of a polynomial through shorter steps from the same
+    start.
 
     **Arguments:**
 
@@ -108,9 +102,9 @@ class RungeKutta(AbstractStep):
         h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), longest)
         speed = jnp.maximum(memory.speed, jnp.abs(start.y.velocity))
         grading = grading_of(automaton, start.y, start.mode, memory.target)
-        end, error = _stepped(
-            self.solver, automaton, start.t, start.y, start.mode, h, _SLOW * speed, grading
-        )
+        here = start.t, start.y, start.mode, grading
+        ends, errors = ends_of_steps(self.solver, automaton, *here, h[None], _SLOW * speed)
+        end, error = jax.tree.map(lambda each: each[0], ends), errors[0]
         ratio = error / (_LOCAL * tolerance)
         ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # overflow: the step is much too long
         accurate = ratio <= 1
@@ -160,72 +154,21 @@ class RungeKutta(AbstractStep):
 
     def expand(
         self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar, event: Code
-    ) -> _Expansion:
-        del h
-        return _Expansion(t, y, grading_of(automaton, y, mode, event))
+    ) -> Expansion:
+        return expanded(
+            self.solver, automaton, t, y, mode, grading_of(automaton, y, mode, event), h
+        )
 
     def evaluate(
-        self, automaton: Automaton, mode: Mode, expansion: _Expansion, s: Scalar, delay: Scalar
+        self, automaton: Automaton, mode: Mode, expansion: Expansion, s: Scalar, delay: Scalar
     ) -> State:
-        t, y, grading = expansion
-        slowest = jnp.zeros_like(s)
-        return _stepped(self.solver, automaton, t, y, mode, s - delay, slowest, grading)[0]
+        return within(automaton, mode, expansion, s, delay)
 
-
-@jax.jit(static_argnums=0)  # so that it is traced once, for attempts, samples and derivatives alike
-def _stepped(
-    solver: "diffrax.AbstractERK",
-    automaton: Automaton,
-    t: Scalar,
-    y: State,
-    mode: Mode,
-    h: Scalar,
-    slowest: Scalar,
-    grading: Grading,
-) -> tuple[State, Scalar]:
-    """The state after `h`, and its error relative to the motion of the step, whose speed counts as
-    at least `slowest`.
-
-    The velocity that the mass would have without friction and stops is integrated too, so that it
-    limits the step at rest as well.
-    """
-    leaves, structure = jax.tree.flatten(y)
-    leaves = [*leaves, y.velocity]
-
-    @jax.jit  # so that it is traced once, not stage by stage
-    def rates(t: Scalar, leaves: list[Array]) -> list[Array]:
-        state = jax.tree.unflatten(structure, leaves[:-1])
-        drive = driven_acceleration(automaton.model, t, state, mode)
-        return [*jax.tree.leaves(automaton.flow(t, state, mode)), drive]
-
-    tableau = cast("diffrax.ButcherTableau", solver.tableau)
-    first = rates(t, leaves)
-    stages = [grading.stage(0.0, first)]
-    for c, row in zip(map(float, tableau.c), tableau.a_lower, strict=True):
-        moved = _advanced(leaves, h, row, stages)
-        stages.append(grading.stage(c, rates(t + grading.share(c) * h, moved)))
-    end = _advanced(leaves, h, tableau.b_sol, stages)
-    still = [jnp.zeros_like(leaf) for leaf in leaves]
-    errors = _advanced(still, h, tableau.b_error, stages)
-    least = [still[0], slowest, *still[2:-1], slowest]  # of position, velocity, and so on
-    scales = [
-        jnp.maximum(jnp.maximum(jnp.abs(y0), jnp.abs(y1)), jnp.maximum(jnp.abs(h * dy), floor))
-        for y0, y1, dy, floor in zip(leaves, end, first, least, strict=True)
-    ]
-    tiny = jnp.finfo(h.dtype).tiny
-    relative = [jnp.abs(e) / (scale + tiny) for e, scale in zip(errors, scales, strict=True)]
-    return jax.tree.unflatten(structure, end[:-1]), jnp.max(jnp.stack(relative))
-
-
-def _advanced(
-    leaves: list[Array], h: Scalar, weights: np.ndarray, stages: list[PyTree]
-) -> list[Array]:
-    """Sum y + h Σ wⱼ kⱼ, leaf by leaf."""
-    weighted = [(float(w), stage) for w, stage in zip(weights, stages, strict=False) if w != 0]
-    return [
-        leaf + h * sum((w * stage[i] for w, stage in weighted), jnp.zeros_like(leaf))
-        for i, leaf in enumerate(leaves)
-    ]
+    def end(self, automaton: Automaton, mode: Mode, expansion: Expansion, h: Scalar) -> State:
+        t, y, grading = expansion.t, expansion.y, expansion.grading
+        slowest = jnp.zeros_like(h)
+        ends, _ = ends_of_steps(self.solver, automaton, t, y, mode, grading, h[None], slowest)
+        return jax.tree.map(lambda each: each[0], ends)
 
 
 def _first_guess(automaton: Automaton, start: Point, tolerance: Scalar, order: int) -> Scalar:

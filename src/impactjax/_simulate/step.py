@@ -80,3 +80,10 @@ class AbstractStep(AbstractMethod):
         Smooth in all arguments: the derivatives of a simulation are those of this map. The delay is
         zero; only its derivatives count, which are those of the start of the step.
         """
+
+    @abc.abstractmethod
+    def end(self, automaton: Automaton, mode: Mode, expansion: PyTree, h: Scalar) -> State:
+        """The state after a duration `h`, at most that of the step, as the method computes it.
+
+        Smooth in all arguments, at the surface of a stop too.
+        """

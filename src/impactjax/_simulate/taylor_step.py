@@ -99,7 +99,7 @@ class TaylorStep(AbstractStep):
         shorter = shortened(h, fraction, start.t)
         h = jnp.where(unclear, shorter, h * jnp.minimum(fraction, 1.0))
         expansion = _packed(start.y, position, internal, unit)
-        end = self.evaluate(automaton, start.mode, expansion, h, jnp.zeros_like(h))
+        end = self.end(automaton, start.mode, expansion, h)
         following = jnp.minimum(natural, jnp.maximum(_LONGEST * h, unit))
         after = _Memory(following, jnp.where(unclear, shorter, jnp.inf))
         return Outcome(~unclear, h, end, event, after)
@@ -122,6 +122,9 @@ class TaylorStep(AbstractStep):
             polynomial(slope(position), w, delay) / unit,
             jax.tree.map(lambda series: polynomial(series, w, delay), internal),
         )
+
+    def end(self, automaton: Automaton, mode: Mode, expansion: _Expansion, h: Scalar) -> State:
+        return self.evaluate(automaton, mode, expansion, h, jnp.zeros_like(h))
 
     def _series(
         self, automaton: Automaton, start: Point, unit: Scalar
