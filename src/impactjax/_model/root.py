@@ -52,3 +52,31 @@ def _(
     _, slope = jax.jvp(lambda x: residual(x, parameters), (x,), (jnp.ones_like(x),))
     _, change = jax.jvp(lambda p: residual(x, p), (parameters,), (tangents[1],))
     return x, -change / slope
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0, 1))
+def at_turn(
+    function: Callable[..., Float[Array, "..."]],
+    slope: Callable[..., Float[Array, "..."]],
+    found: Float[Array, "..."],
+    parameters: PyTree,
+) -> Float[Array, "..."]:
+    """The value function(x, parameters) at a root x = `found` of its slope ∂function/∂x.
+
+    There its derivative is that at fixed x; those of higher order need the derivatives of x, as in
+    `implicit`.
+    """
+    del slope
+    return function(found, parameters)
+
+
+@at_turn.defjvp
+def _(
+    function: Callable[..., Float[Array, "..."]],
+    slope: Callable[..., Float[Array, "..."]],
+    primals: tuple[PyTree, ...],
+    tangents: tuple[PyTree, ...],
+) -> tuple[PyTree, ...]:
+    found, parameters = primals
+    x = implicit(slope, found, parameters)
+    return jax.jvp(lambda p: function(x, p), (parameters,), (tangents[1],))

@@ -38,8 +38,9 @@ class Automaton(eqx.Module):
         return flow(self.model, t, y, mode)
 
     def guards(self, t: Scalar, y: State, mode: Mode) -> list[Scalar]:
-        """One value for each transition, which happens when its guard falls through zero."""
-        return [each.guard(self.model, t, y, mode) for each in self.transitions]
+        """One value for each of the first transitions; those that follow have no guard."""
+        values = [each.guard(self.model, t, y, mode) for each in self.transitions]
+        return [value for value in values if value is not None]
 
     def jump(self, event: Code, t: Scalar, y: State, mode: Mode, context: Context) -> Jump:
         """State and mode after the transition numbered `event`; unchanged for `NO_EVENT`."""
@@ -114,7 +115,7 @@ class Automaton(eqx.Module):
         """
         moves = ~is_held(self.model, mode)
         cleaned = []
-        numbered = enumerate(zip(self.transitions, guards, strict=True))
+        numbered = enumerate(zip(self.transitions, guards, strict=False))
         for index, (transition, (value, slope, bend)) in numbered:
             here = event == index
             value = jnp.where(here & transition.guard_stays_zero, 0.0, value)
@@ -134,7 +135,9 @@ def _chosen(event: Code, answers: list[Flag]) -> Flag:
 
 
 def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:
-    """All transitions that can end a mode of this model. The earliest in time happens."""
+    """All transitions that can end a mode of this model. The earliest in time happens; the last one
+    has no guard if the mass can settle.
+    """
     found: list[AbstractTransition] = []
     for wall in walls(model):
         law = wall.stop.law
@@ -144,10 +147,10 @@ def transitions(model: ImpactOscillator) -> tuple[AbstractTransition, ...]:
                 found.append(PullFree(wall, law))
         elif isinstance(law, AbstractImpactLaw):
             found.append(RigidStop(wall, law))
-    if any(not wall.stop.law.is_rigid() for wall in walls(model)):
-        found.append(Settling())
     if has_resistance(model):
         found.append(Sliding())
+    if any(not wall.stop.law.is_rigid() for wall in walls(model)):
+        found.append(Settling())
     return tuple(found)
 
 

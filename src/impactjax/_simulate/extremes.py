@@ -17,7 +17,7 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 from impactjax._hybrid.chunks import CHUNK, map_some
 from impactjax._hybrid.varying import alike
 from impactjax._model.impact_oscillator import ImpactOscillator
-from impactjax._model.root import implicit
+from impactjax._model.root import at_turn
 from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.chandrupatla import Bracket, falling_zero
 from impactjax._simulate.flow import has_resistance, walls
@@ -182,8 +182,8 @@ def _turns(
     def level(row: PyTree) -> Scalar:
         places, falls = row
         at = model, *places, jnp.any(falls.exists)
-        turn = implicit(functools.partial(_rate, step), _highest_turn(step, falls, at), at)
-        return _level(step, turn, at)[0]
+        turn = _highest_turn(step, falls, at)
+        return at_turn(functools.partial(_height, step), functools.partial(_rate, step), turn, at)
 
     s = nodes.share * jax.lax.stop_gradient(path.h)[:, None, None]
     shape, columns = exists.shape, (path.t, record.log.mode, path.expansion)
@@ -209,7 +209,7 @@ def _highest_turn(step: AbstractStep, falls: _Falls, at: PyTree) -> Scalar:
         part = jnp.argmax(left(best)).astype(jnp.int32)
         bracket = Bracket(s[part], rate[part], s[part + 1], rate[part + 1])
         turn = falling_zero(functools.partial(_rate, step), bracket, at)
-        level = _level(step, turn, at)[0]
+        level = _height(step, turn, at)
         higher = level > best.level
         either = jnp.where(higher, turn, best.s), jnp.where(higher, level, best.level)
         return alike(_Highest(part, *either), everything)
@@ -225,6 +225,10 @@ def _level(step: AbstractStep, s: Scalar, at: PyTree) -> tuple[Scalar, Scalar]:
     y = step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
     value, rate, _ = (chosen(x, which) for x in levels_of(model, t + s, y, mode))
     return value, jnp.where(exists, rate, -s)  # any falling rate, without a turn
+
+
+def _height(step: AbstractStep, s: Scalar, at: PyTree) -> Scalar:
+    return _level(step, s, at)[0]
 
 
 def _rate(step: AbstractStep, s: Scalar, at: PyTree) -> Scalar:

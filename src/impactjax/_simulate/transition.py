@@ -29,14 +29,18 @@ class Jump(NamedTuple):
 
 
 class AbstractTransition(eqx.Module):
-    """A directed event: it happens when the guard falls through zero."""
+    """A directed event: it happens when the guard falls through zero, or, without a guard, where a
+    step ends.
+    """
 
     guard_stays_zero: ClassVar[bool]
     """True if the guard is zero, up to rounding, just after the event."""
 
     @abc.abstractmethod
-    def guard(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar:
-        """Positive while the mode lasts; constant where this transition cannot happen."""
+    def guard(self, model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> Scalar | None:
+        """Positive while the mode lasts; constant where this transition cannot happen; `None` for
+        one that has no guard.
+        """
 
     @abc.abstractmethod
     def jump(
