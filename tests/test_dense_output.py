@@ -61,7 +61,7 @@ def test_free_vibration_within_a_step(name):
 
 @pytest.mark.parametrize("name", mostly_thorough(SOLVERS, "Dopri8"))
 def test_contact_within_a_step_that_begins_at_the_surface(name):
-    """Of a mass against a spring of Hertz's, by SciPy."""
+    """Motion of a mass against a spring of Hertz's, by SciPy."""
     solver, length = SOLVERS[name]
     model = ij.ImpactOscillator(ij.FreeMass(mass=1.0), ij.Stop(ij.Hertz(K)))
     start = np.array([0.0, -0.5])
