@@ -1,7 +1,7 @@
 """A step by an explicit Runge-Kutta method of Diffrax, for any flow."""
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 import equinox as eqx
 import jax
@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from impactjax._hybrid.butcher import Stage, butcher
 from impactjax._hybrid.equations import NO_EVENT, Equations
 from impactjax._hybrid.lane import Point
 from impactjax._hybrid.numbers import direction, packed, time_scale, unpacked
@@ -242,20 +243,13 @@ def _stepped(
 
     The stages are passes of one loop, so that the program does not grow with their number.
     """
-    tableau, begin = cast("diffrax.ButcherTableau", solver.tableau), packed(y)
-    nodes = np.array([0.0, *tableau.c])
-    weights = np.zeros((nodes.size, nodes.size))
-    for number, row in enumerate(tableau.a_lower, start=1):
-        weights[number, :number] = row
+    tableau, begin = butcher(solver, h.dtype), packed(y)
 
-    def stage(rates: Array, row: tuple[Scalar, Array, Code]) -> tuple[Array, None]:
-        node, weight, number = row
-        moved = unpacked(begin + h * (weight @ rates), y)
-        rate = packed(equations.flow(t + node * h, moved, mode))
-        return jnp.where(numbers[:, None] == number, rate, rates), None
+    def stage(rates: Array, row: Stage) -> tuple[Array, None]:
+        moved = unpacked(begin + h * (row.weights @ rates), y)
+        rate = packed(equations.flow(t + row.node * h, moved, mode))
+        return jnp.where(tableau.stages.number[:, None] == row.number, rate, rates), None
 
-    numbers = jnp.arange(nodes.size, dtype=jnp.int32)
-    rows = jnp.asarray(nodes, h.dtype), jnp.asarray(weights, h.dtype), numbers
-    rates, _ = jax.lax.scan(stage, jnp.zeros((nodes.size, begin.size), h.dtype), rows)
-    end = begin + h * (jnp.asarray(tableau.b_sol, h.dtype) @ rates)
-    return end, h * (jnp.asarray(tableau.b_error, h.dtype) @ rates), h * rates[0]
+    nothing = jnp.zeros((tableau.end.size, begin.size), h.dtype)
+    rates, _ = jax.lax.scan(stage, nothing, tableau.stages)
+    return begin + h * (tableau.end @ rates), h * (tableau.error @ rates), h * rates[0]
