@@ -77,13 +77,14 @@ class AbstractStep(AbstractMethod):
     ) -> State:
         """The state a time `s − delay` after the start of the step, as accurate as the step itself.
 
-        Smooth in all arguments: the derivatives of a simulation are those of this map. The delay is
-        zero; only its derivatives count, which are those of the start of the step.
+        The derivatives of samples are those of this map. The delay is zero; only its derivatives
+        count, which are those of the start of the step.
         """
 
     @abc.abstractmethod
     def end(self, automaton: Automaton, mode: Mode, expansion: PyTree, h: Scalar) -> State:
-        """The state after a duration `h`, at most that of the step, as the method computes it.
+        """The state after a duration `h`, at most that of the step.
 
-        Smooth in all arguments, at the surface of a stop too.
+        The derivatives of all that follows the step are those of this map. It is smooth in all
+        arguments, also at the surface of a stop.
         """
