@@ -24,7 +24,7 @@ def states(solver, model, position, velocity, during, h):
     step = ij.RungeKutta(solver)
     automaton = Automaton(jax.tree.map(jnp.asarray, model))
     zero = jnp.zeros(())
-    y = State(position, velocity, ((),))
+    y = State(jnp.asarray(position), jnp.asarray(velocity), ((),))
     row = automaton, zero, y, during, jnp.asarray(h), jnp.int32(NO_EVENT)
     expansion = step.expand(*row)
     end = step.end(automaton, during, expansion, jnp.asarray(h))
@@ -76,7 +76,7 @@ def test_contact_within_a_step_that_begins_at_the_surface(name):
         rtol=1e-13,
         atol=1e-18,
     ).y
-    found = states(solver, model, *jnp.asarray(start), TOUCHING, h)
+    found = states(solver, model, start[0], start[1], TOUCHING, h)
     scale = np.abs(exact[:, -1:])
     errors = np.abs(found - np.append(exact, exact[:, -1:], axis=1)) / scale
     assert 1e-11 < np.max(errors[:, -1]) < 1e-2

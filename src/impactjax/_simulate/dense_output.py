@@ -2,7 +2,7 @@
 
 The polynomial in the stage σ of the step, see `grading.py`, has the states and rates at some nodes,
 each reached by a step of its own. It is as accurate as the method: with p nodes its degree is
-2p − 1. Source: Shampine, Math. Comp. 46, 135 (1986).
+2p − 1. Source: Shampine, SIAM J. Numer. Anal. 22, 1014 (1985).
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,8 +16,7 @@ from jaxtyping import Array, Float, PyTree
 from impactjax._hybrid.path import or_zeros
 from impactjax._series.polynomial import horner
 from impactjax._simulate.automaton import Automaton
-from impactjax._simulate.grading import Grading
-from impactjax._simulate.stages import ends_of_steps
+from impactjax._simulate.stages import Begin, ends_of_steps
 from impactjax._simulate.state import Mode, State
 from impactjax._types import Scalar
 
@@ -28,38 +27,26 @@ if TYPE_CHECKING:
 class Expansion(NamedTuple):
     """Polynomial of a step.
 
-    - `t`, `y`: its start.
-    - `grading`: of its stages.
     - `way`: coefficients c of the way from the start, σ Σ cₖ (2 σ − 1)ᵏ.
-    - `h`: its duration [s]; 1 for a step without one.
+    - `h`: duration of the step [s]; 1 for a step without one.
     """
 
-    t: Scalar
-    y: State
-    grading: Grading
+    begin: Begin
     way: State  # of arrays
     h: Scalar
 
 
 def expanded(
-    solver: "diffrax.AbstractERK",
-    automaton: Automaton,
-    t: Scalar,
-    y: State,
-    mode: Mode,
-    grading: Grading,
-    h: Scalar,
+    solver: "diffrax.AbstractERK", automaton: Automaton, mode: Mode, begin: Begin, h: Scalar
 ) -> Expansion:
     """The polynomial of a step of duration `h`."""
+    t, y, grading = begin
     order = solver.order(None)  # pyright: ignore[reportArgumentType]  terms do not matter
     assert order is not None
     nodes = (1 - np.cos(np.linspace(0, np.pi, (order + 3) // 2))) / 2
-    unit = jnp.where(h > 0, h, 1.0)
     sigma = jnp.asarray(nodes, h.dtype)
     passed = h * jax.vmap(grading.share)(sigma)
-    reached, _ = ends_of_steps(
-        solver, automaton, t, y, mode, grading, passed[1:], jnp.zeros_like(h)
-    )
+    reached, _ = ends_of_steps(solver, automaton, mode, begin, passed[1:], jnp.zeros_like(h))
     states = jax.tree.map(lambda first, rest: jnp.append(first, rest), y, reached)
 
     def rates(sigma: Scalar, passed: Scalar, state: State) -> list[Scalar]:
@@ -74,7 +61,8 @@ def expanded(
         data = jnp.concatenate([values[1:] - first, h * slopes])
         return inverse @ data
 
-    return Expansion(t, y, grading, jax.tree.map(coefficients, y, states, slopes), unit)
+    way = jax.tree.map(coefficients, y, states, slopes)
+    return Expansion(begin, way, jnp.where(h > 0, h, 1.0))
 
 
 def _inverse(nodes: np.ndarray) -> Float[np.ndarray, "powers conditions"]:
@@ -98,20 +86,21 @@ def within(
     Its derivative by time is the flow: that of σ may be infinite.
     """
     del automaton, mode, delay
-    return _at(expansion.grading.sigma(s / expansion.h), expansion.y, expansion.way)
+    (_, first, grading), way, h = expansion
+    return _at(grading.sigma(s / h), first, way)
 
 
 def _within_jvp(primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]) -> tuple[State, State]:
-    automaton, mode, expansion, s, delay = primals
-    _, _, d_expansion, d_s, d_delay = tangents
+    automaton, mode, ((t, first, grading), way, h), s, delay = primals
+    _, _, ((_, d_first, _), d_way, _), d_s, d_delay = tangents
     y = within(*primals)
-    d_first = jax.tree.map(or_zeros, d_expansion.y, expansion.y)
-    d_way = jax.tree.map(or_zeros, d_expansion.way, expansion.way)
-    d_y = _at(expansion.grading.sigma((s - delay) / expansion.h), d_first, d_way)
+    d_first = jax.tree.map(or_zeros, d_first, first)
+    d_way = jax.tree.map(or_zeros, d_way, way)
+    d_y = _at(grading.sigma((s - delay) / h), d_first, d_way)
     if isinstance(d_s, SymbolicZero) and isinstance(d_delay, SymbolicZero):
         return y, d_y
     d_time = or_zeros(d_s, s) - or_zeros(d_delay, delay)
-    rate = automaton.flow(expansion.t + (s - delay), y, mode)
+    rate = automaton.flow(t + (s - delay), y, mode)
     return y, jax.tree.map(lambda change, dy: change + dy * d_time, d_y, rate)
 
 
@@ -119,5 +108,6 @@ within.defjvp(_within_jvp, symbolic_zeros=True)
 
 
 def _at(sigma: Scalar, start: State, way: State) -> State:
+    """The state at a stage of the step."""
     x = 2 * sigma - 1
     return jax.tree.map(lambda first, each: first + sigma * horner(list(each), x), start, way)

@@ -14,7 +14,7 @@ from impactjax._simulate.automaton import NO_EVENT, Automaton
 from impactjax._simulate.dense_output import Expansion, expanded, within
 from impactjax._simulate.flow import driven_acceleration
 from impactjax._simulate.grading import grading_of, time_to_surface
-from impactjax._simulate.stages import ends_of_steps
+from impactjax._simulate.stages import Begin, ends_of_steps
 from impactjax._simulate.state import Mode, State
 from impactjax._simulate.step import AbstractStep, Outcome, Point
 from impactjax._simulate.step_event import along_flow, first_event
@@ -102,8 +102,8 @@ class RungeKutta(AbstractStep):
         h = jnp.minimum(jnp.where(memory.h > 0, memory.h, guess), longest)
         speed = jnp.maximum(memory.speed, jnp.abs(start.y.velocity))
         grading = grading_of(automaton, start.y, start.mode, memory.target)
-        here = start.t, start.y, start.mode, grading
-        ends, errors = ends_of_steps(self.solver, automaton, *here, h[None], _SLOW * speed)
+        begin, slowest = Begin(start.t, start.y, grading), _SLOW * speed
+        ends, errors = ends_of_steps(self.solver, automaton, start.mode, begin, h[None], slowest)
         end, error = jax.tree.map(lambda each: each[0], ends), errors[0]
         ratio = error / (_LOCAL * tolerance)
         ratio = jnp.where(jnp.isnan(ratio), jnp.inf, ratio)  # overflow: the step is much too long
@@ -155,9 +155,8 @@ class RungeKutta(AbstractStep):
     def expand(
         self, automaton: Automaton, t: Scalar, y: State, mode: Mode, h: Scalar, event: Code
     ) -> Expansion:
-        return expanded(
-            self.solver, automaton, t, y, mode, grading_of(automaton, y, mode, event), h
-        )
+        begin = Begin(t, y, grading_of(automaton, y, mode, event))
+        return expanded(self.solver, automaton, mode, begin, h)
 
     def evaluate(
         self, automaton: Automaton, mode: Mode, expansion: Expansion, s: Scalar, delay: Scalar
@@ -165,9 +164,8 @@ class RungeKutta(AbstractStep):
         return within(automaton, mode, expansion, s, delay)
 
     def end(self, automaton: Automaton, mode: Mode, expansion: Expansion, h: Scalar) -> State:
-        t, y, grading = expansion.t, expansion.y, expansion.grading
-        slowest = jnp.zeros_like(h)
-        ends, _ = ends_of_steps(self.solver, automaton, t, y, mode, grading, h[None], slowest)
+        begin, slowest = expansion.begin, jnp.zeros_like(h)
+        ends, _ = ends_of_steps(self.solver, automaton, mode, begin, h[None], slowest)
         return jax.tree.map(lambda each: each[0], ends)
 
 

@@ -4,7 +4,7 @@ They are passes of one loop, so that the program does not grow with their number
 """
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -25,14 +25,20 @@ Durations = Float[Array, " durations"]
 _Rates = Float[Array, "stages durations"]
 
 
-@jax.jit(static_argnums=0)  # so that it is traced once, for attempts, samples and derivatives alike
+class Begin(NamedTuple):
+    """Start of a step, and the grading of its stages."""
+
+    t: Scalar
+    y: State
+    grading: Grading
+
+
+@jax.jit(static_argnums=0)  # so that it is not traced anew for each use
 def ends_of_steps(
     solver: "diffrax.AbstractERK",
     automaton: Automaton,
-    t: Scalar,
-    y: State,
     mode: Mode,
-    grading: Grading,
+    begin: Begin,
     h: Durations,
     slowest: Scalar,
 ) -> tuple[State, Durations]:
@@ -42,6 +48,7 @@ def ends_of_steps(
     The velocity that the mass would have without friction and stops is integrated too, so that it
     limits the step at rest as well.
     """
+    t, y, grading = begin
     leaves, structure = jax.tree.flatten(y)
     leaves = [*leaves, y.velocity]
 
@@ -63,7 +70,7 @@ def ends_of_steps(
         stages = [set_row(each, own) for each, own in zip(stages, found, strict=True)]
         return alike(stages, everything), None
 
-    everything = automaton, t, leaves, mode, grading, h
+    everything = automaton, mode, begin, h
     tableau = butcher(solver, h.dtype)
     nothing = [jnp.zeros((tableau.end.size, h.size), h.dtype) for _ in leaves]
     stages, _ = jax.lax.scan(with_stage, alike(nothing, everything), tableau.stages)
