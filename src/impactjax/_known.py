@@ -33,6 +33,15 @@ def known(tree: T) -> T:
     return jax.tree.map(plain, tree)
 
 
+def placed(tree: T) -> T:
+    """The same tree with its NumPy arrays as arrays of JAX, for which no program is compiled."""
+
+    def array(leaf: PyTree) -> PyTree:
+        return jax.device_put(leaf) if isinstance(leaf, np.ndarray | np.generic) else leaf
+
+    return jax.tree.map(array, tree)
+
+
 def namespace(*trees: PyTree) -> ModuleType:
     """The array module for some trees: `numpy` if all arrays are NumPy's, else `jax.numpy`."""
     of_jax = any(isinstance(leaf, jax.Array) for leaf in jax.tree.leaves(trees))

@@ -96,8 +96,7 @@ class Estimate(eqx.Module, Generic[P]):
         count = problem.valid.shape[-1]
         if count == self.residuals.shape[-1]:
             return dataclasses.replace(self, problem=problem)
-        rows = known((self.residuals, self.jacobian))
-        residuals, jacobian = (jnp.asarray(x[:count]) for x in rows)
+        residuals, jacobian = (x[:count] for x in known((self.residuals, self.jacobian)))
         own = dataclasses.replace(self, problem=problem, residuals=residuals, jacobian=jacobian)
         if self.scatter is None:
             return own
@@ -111,7 +110,7 @@ class Estimate(eqx.Module, Generic[P]):
     @property
     def system(self: "Estimate[Problem]") -> System:
         """Model, initial state and sensor with the fitted values."""
-        return self.problem.system_with(jnp.asarray(self.values))
+        return self.problem.system_with(known(self.values))
 
     @property
     def units(self) -> tuple[str, ...]:

@@ -7,9 +7,7 @@ search serves.
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -78,7 +76,7 @@ def around(problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate) 
     own = axes.turned(values)
     slopes, prior = axes.slopes(own), problem.prior_rows(own)
     prior = prior._replace(slopes=prior.slopes * slopes)
-    directions = jnp.eye(problem.impacts, count, dtype=values.dtype).T
+    directions = np.eye(problem.impacts, count, dtype=values.dtype).T
 
     def at(direction: Direction) -> tuple[AnyArray, AnyArray, AnyArray, ImpactLog]:
         answer = _answer(problem, values, logs, direction, evaluate)
@@ -118,14 +116,14 @@ def residuals_at(
     problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate
 ) -> Float[AnyArray, " observations"]:
     """The residuals at straight coordinates of the parameters and some logarithms."""
-    nowhere = jnp.zeros(problem.impacts, values.dtype)
+    nowhere = np.zeros(problem.impacts, values.dtype)
     return known(_answer(problem, values, logs, nowhere, evaluate).residuals)
 
 
 def _answer(
     problem: Problem, values: Vector, logs: Effects, direction: Direction, evaluate: Evaluate
 ) -> Answer:
-    scattered = problem.scattered(jnp.asarray(logs), direction)
+    scattered = problem.scattered(logs, direction)
     return answer_at(scattered, straight(problem).turned(values), logged=True, by=evaluate)
 
 
@@ -184,7 +182,7 @@ def _observed(problem: Problem, point: Around, logs: Effects) -> Observed:
     observed = point.effects @ logs - point.residuals
     variance = problem.variance()
     if variance is None and not problem.recording.observes_impacts:
-        return _whitened(problem, observed, point)
+        return _whitened(problem, observed, point.jacobian, point.effects)
     zero = namespace(observed).zeros_like(observed[0])
     own = OwnNoise(zero, zero)
     if variance is not None:
@@ -197,34 +195,30 @@ def counted(problem: Problem, like: AnyArray) -> AnyArray:
     return namespace(like).sum(known(problem.valid)).astype(like.dtype)
 
 
-def _whitened(problem: Problem, observed: AnyArray, point: Around) -> Observed:
-    found = _white(problem, observed, point.jacobian, point.effects)
-    return known(found) if is_known(found) else found
-
-
-@eqx.filter_jit
-def _white(problem: Problem, observed: AnyArray, jacobian: AnyArray, effects: AnyArray) -> Observed:
+def _whitened(
+    problem: Problem, observed: AnyArray, jacobian: AnyArray, effects: AnyArray
+) -> Observed:
     """A recorded motion along the directions of parameters and scatter, in units of its noise.
 
     The noise model of the problem gives the covariance of the noise along these directions, from
     the residuals that lie in none of them.
     """
-    both = jnp.concatenate([jacobian, effects], axis=1)
-    norms = jnp.linalg.norm(both, axis=0)
-    axes, lengths, _ = jnp.linalg.svd(both / jnp.where(norms > 0, norms, 1.0), full_matrices=False)
-    felt = lengths > _LOST * jnp.max(lengths)
-    axes = jnp.where(felt, axes, 0.0)
+    xp, both = namespace(observed), namespace(observed).concatenate([jacobian, effects], axis=1)
+    norms = xp.linalg.norm(both, axis=0)
+    axes, lengths, _ = xp.linalg.svd(both / xp.where(norms > 0, norms, 1.0), full_matrices=False)
+    felt = lengths > _LOST * xp.max(lengths)
+    axes = xp.where(felt, axes, 0.0)
     rest = observed - axes @ (axes.T @ observed)
-    count, p = counted(problem, observed), jnp.sum(felt.astype(observed.dtype))
-    size = jnp.sum(rest**2) / count
-    spread = problem.noise.spread(rest, count, axes)
-    kappa = jnp.trace(spread) / (p * size)
-    freedom = jnp.maximum(count / jnp.maximum(kappa, 1.0) - p, 1.0)
-    spread = spread * count / (count - p) + jnp.diag(jnp.where(felt, 0.0, 1.0))
-    root = jnp.linalg.cholesky(spread)
+    count, p = counted(problem, observed), xp.sum(felt.astype(observed.dtype))
+    size = xp.sum(rest**2) / count
+    spread = known(problem.noise.spread(rest, count, axes))
+    kappa = xp.trace(spread) / (p * size)
+    freedom = xp.maximum(count / xp.maximum(kappa, 1.0) - p, 1.0)
+    spread = spread * count / (count - p) + xp.diag(xp.where(felt, 0.0, 1.0))
+    root = xp.linalg.cholesky(spread)
 
     def white(columns: AnyArray) -> AnyArray:
-        return jax.scipy.linalg.solve_triangular(root, axes.T @ columns, lower=True)
+        return xp.linalg.solve(root, axes.T @ columns)
 
     own = OwnNoise(freedom, freedom)
     return Observed(white(observed), white(jacobian), white(effects), p, own)

@@ -3,9 +3,6 @@
 import dataclasses
 from typing import NamedTuple
 
-import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -63,9 +60,9 @@ def summarised(estimate: Estimate[Problem], solution: Solution) -> Estimate[Prob
     """
     found, problem = _found(estimate.problem, solution), estimate.problem
     if problem.recording.observes_impacts:
-        noise = jnp.asarray(solution.step.model.noise)
+        noise = solution.step.model.noise
         estimate = dataclasses.replace(estimate, problem=problem.weighed(noise))
-    return _estimate(estimate, *jax.tree.map(jnp.asarray, (found, solution.point)))
+    return _estimate(estimate, found, solution.point)
 
 
 def _found(problem: Problem, solution: Solution) -> _Found:
@@ -115,37 +112,40 @@ def likelihood(problem: Problem, point: Around, logs: Effects) -> AnyArray:
 
 def _ratio(errors: Vector, before: Vector) -> Vector:
     """Ratio of errors; 1 where one of them is infinite."""
-    both = jnp.isfinite(errors) & jnp.isfinite(before) & (before > 0)
-    return jnp.where(both, errors / jnp.where(both, before, 1.0), 1.0)
+    xp = namespace(errors, before)
+    both = xp.isfinite(errors) & xp.isfinite(before) & (before > 0)
+    return xp.where(both, errors / xp.where(both, before, 1.0), 1.0)
 
 
-@eqx.filter_jit
+@np.errstate(all="ignore")
 def _estimate(estimate: Estimate[Problem], found: _Found, point: Around) -> Estimate[Problem]:
     """The estimate with the values, intervals and residuals of a mixed model."""
-    problem, residuals = estimate.problem, point.residuals
+    own, (estimate, found, point) = estimate.problem, known((estimate, found, point))
+    problem, residuals, xp = estimate.problem, point.residuals, namespace(estimate, point)
     n = counted(problem, residuals)
     missed = problem.misfit(residuals)
-    settled = found.settled & jnp.all(jnp.isfinite(residuals))
+    settled = found.settled & xp.all(xp.isfinite(residuals))
     whole = problem.all_have_factors(point.impacts.count)
-    failure = jnp.where(whole, Outcome.SCATTER_UNSETTLED, Outcome.SCATTER_BEYOND)
-    outcome = jnp.where(estimate.converged & ~(settled & whole), failure, estimate.outcome)
-    outcome = outcome.astype(jnp.int32)
+    failure = xp.where(whole, Outcome.SCATTER_UNSETTLED, Outcome.SCATTER_BEYOND)
+    outcome = xp.where(estimate.converged & ~(settled & whole), failure, estimate.outcome)
+    outcome = outcome.astype(np.int32)
     usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = problem.noise.lasts(residuals, n)
     axes = straight(problem)
     values, (low, high) = axes.turned(found.values), axes.interval(found.low, found.high)
     slopes = axes.slopes(values)
     low, high = (
-        jnp.where(found.held, old, new) for old, new in ((estimate.low, low), (estimate.high, high))
+        xp.where(found.held, old, new) for old, new in ((estimate.low, low), (estimate.high, high))
     )
     interval = within_ranges(problem, low, high)
-    infinite = jnp.diag(jnp.where(found.determined, 0.0, jnp.inf))
-    covariance = found.covariance * jnp.outer(slopes, slopes) + infinite
-    errors = jnp.sqrt(jnp.diagonal(covariance))
-    errors = jnp.where(found.held, estimate.standard_errors, errors)
+    infinite = xp.diag(xp.where(found.determined, 0.0, xp.inf))
+    covariance = found.covariance * xp.outer(slopes, slopes) + infinite
+    errors = xp.sqrt(xp.diagonal(covariance))
+    errors = xp.where(found.held, estimate.standard_errors, errors)
     parameters = len(problem.names) + 1 + problem.sizes_found
     return dataclasses.replace(
         estimate,
+        problem=own,
         values=values,
         standard_errors=errors,
         inflation=estimate.inflation * _ratio(errors, estimate.standard_errors),
@@ -159,9 +159,9 @@ def _estimate(estimate: Estimate[Problem], found: _Found, point: Around) -> Esti
         residuals=residuals,
         jacobian=point.jacobian / slopes,
         impacts=point.impacts,
-        rms=jnp.sqrt(jnp.sum(residuals**2) / n),
+        rms=xp.sqrt(xp.sum(residuals**2) / n),
         aic=2 * parameters - 2 * found.likelihood,
-        bic=jnp.log(n) * parameters - 2 * found.likelihood,
+        bic=xp.log(n) * parameters - 2 * found.likelihood,
         misfit=missed,
         outcome=outcome,
         scatter=found.scatter,

@@ -16,13 +16,11 @@ Philosophical Society 44, 50.
 import math
 from typing import NamedTuple
 
-import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from impactjax._fit.estimate import Estimate
-from impactjax._known import AnyArray
+from impactjax._known import AnyArray, known
 from impactjax._number_format import with_error, with_unit
 from impactjax._problem.problem import Problem
 from impactjax._sensor.low_pass import Butterworth
@@ -119,7 +117,7 @@ def linearised(estimate: Estimate[Problem]) -> Around:
     root = root_weights(estimate)
     rows, weight = estimate.problem.prior_rows(np.asarray(estimate.values)), root_prior(estimate)
     return Around(
-        np.concatenate([root * estimate.residuals, weight * rows.deviations]),
+        np.concatenate([root * known(estimate.residuals), weight * rows.deviations]),
         np.concatenate([root[:, None] * np.asarray(estimate.jacobian), weight * rows.slopes]),
         len(root),
     )
@@ -133,7 +131,8 @@ def root_prior(estimate: Estimate[Problem]) -> float:
 
 def root_weights(estimate: Estimate[Problem]) -> Column:
     """Square roots of the weights that the loss gives to the residuals."""
-    return np.sqrt(np.asarray(estimate.problem.loss.weight(jnp.asarray(estimate.residuals))))
+    residuals = known(estimate.residuals)
+    return np.sqrt(known(known(estimate.problem.loss).weight(residuals)))
 
 
 def tested(
@@ -148,7 +147,7 @@ def tested(
     step = -(beside @ scores) / squared
     left = scores + step * beside
     own, prior = np.split(beside, [around.observed])
-    variance = float(_variance(estimate.problem, left[: around.observed], own))
+    variance = _variance(estimate.problem, left[: around.observed], own)
     variance += root_prior(estimate) ** 2 * float(prior @ prior)
     error, score = np.sqrt(variance) / squared, (beside @ scores) ** 2 / variance
     n = float(estimate.freedom) + len(estimate.names)
@@ -164,11 +163,9 @@ def _beside(jacobian: np.ndarray, column: Column) -> Column:
     return once - scaled @ np.linalg.lstsq(scaled, once)[0]  # twice, against rounding
 
 
-@eqx.filter_jit
-def _variance(problem: Problem, scores: Column, column: Column) -> Float[Array, ""]:
+def _variance(problem: Problem, scores: Column, column: Column) -> float:
     """Variance of the product of a column with errors that are distributed like the scores."""
-    count = problem.observations.astype(scores.dtype)
-    variance = problem.variance()
+    count, variance = problem.observations.astype(scores.dtype), problem.variance()
     if variance is not None and problem.is_classical():
-        return variance * jnp.sum(column**2)
-    return problem.noise.spread(scores, count, column[:, None])[0, 0]
+        return float(variance) * float(column @ column)
+    return float(problem.noise.spread(scores, count, column[:, None])[0, 0])

@@ -16,7 +16,7 @@ from impactjax._known import AnyArray, known, namespace
 from impactjax._optimise.bounds import to_range, to_unbounded
 from impactjax._optimise.coordinates import Limits, limits, slope, to_coordinate, to_value
 from impactjax._optimise.linearisation import Linearisation, Vector, linearise, with_rows
-from impactjax._parameter import Range
+from impactjax._parameter import Range, plain
 from impactjax._problem.loss import AbstractLoss
 from impactjax._problem.noise import AbstractNoise
 from impactjax._problem.parameters import Handle
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from impactjax._problem.problem import Problem
 
 Own = TypeVar("Own")
+Number = Float[AnyArray, ""]
 
 
 class Answer(NamedTuple):
@@ -99,7 +100,7 @@ class AbstractProblem(eqx.Module):
         """
 
     @abc.abstractmethod
-    def variance(self) -> Scalar | None:
+    def variance(self) -> Number | None:
         """Variance of a residual, if it is known."""
 
     @abc.abstractmethod
@@ -111,16 +112,16 @@ class AbstractProblem(eqx.Module):
         """The problem with rows subtracted from the recording; the residuals grow by them."""
 
     @abc.abstractmethod
-    def share(self, index: int, rows: Float[Array, "observations ..."]) -> Array:
+    def share(self, index: int, rows: Float[AnyArray, "observations ..."]) -> AnyArray:
         """The rows of one recording, such as its residuals, in its SI unit."""
 
     @abc.abstractmethod
-    def misfit(self, residuals: Residuals) -> Scalar:
+    def misfit(self, residuals: Residuals) -> Number:
         """Unexplained share of the recorded motion if the model plainly misses it; else 0."""
 
     @property
     @abc.abstractmethod
-    def log_units(self) -> Scalar:
+    def log_units(self) -> Number:
         """Sum of the logarithms of the units in which the residuals are given."""
 
     @property
@@ -129,9 +130,9 @@ class AbstractProblem(eqx.Module):
         """Number of noise variances that are estimated from the residuals."""
 
     @property
-    def observations(self) -> Int[Array, ""]:
+    def observations(self) -> Int[AnyArray, ""]:
         """Number of residuals that count."""
-        return jnp.sum(self.valid, axis=-1)
+        return plain(self.valid).sum(axis=-1)
 
     def padded(self: Own) -> Own:
         """The problem padded with observations that do not count, so that problems of similar

@@ -7,10 +7,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int, Key
+from jaxtyping import Array, Bool, Float, Int, Key
 
 from impactjax._known import AnyArray, namespace
 from impactjax._optimise.linearisation import Matrix, Vector
+from impactjax._parameter import plain
 from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed
 from impactjax._problem.loss import AbstractLoss, Residuals
 from impactjax._problem.noise import AbstractNoise, Jacobian, Scores
@@ -20,6 +21,8 @@ from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import Valid
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Flag, Scalar
+
+Number = Float[AnyArray, ""]
 
 
 class JointProblem(AbstractProblem):
@@ -32,7 +35,7 @@ class JointProblem(AbstractProblem):
     """
 
     problems: tuple[Problem, ...]
-    sizes: tuple[Scalar, ...]
+    sizes: tuple[Number, ...]
     priors: tuple[Normal, ...]
     names: tuple[str, ...] = eqx.field(static=True)
     places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
@@ -79,16 +82,16 @@ class JointProblem(AbstractProblem):
 
     @property
     def valid(self) -> Valid:
-        known = jnp.ones(len(self.priors), bool)
-        return jnp.concatenate([*(each.valid for each in self.problems), known])
+        parts = [*(plain(each.valid) for each in self.problems), np.ones(len(self.priors), bool)]
+        return namespace(*parts).concatenate(parts)
 
     def first(self, share: float) -> Valid:
         known = np.ones(len(self.priors), bool)
         parts = [each.first(share) for each in self.problems]
         return namespace(*parts).concatenate([*parts, known])
 
-    def variance(self) -> Scalar | None:
-        return jnp.ones(()) if self.sizes_found == 0 else None
+    def variance(self) -> Number | None:
+        return np.ones(()) if self.sizes_found == 0 else None
 
     def is_classical(self) -> bool:
         return all(each.is_classical() for each in self.problems)
@@ -111,18 +114,19 @@ class JointProblem(AbstractProblem):
     def known_before(self) -> dict[str, Normal]:
         return {self.names[i]: prior for i, prior in zip(self.asked, self.priors, strict=True)}
 
-    def misfit(self, residuals: Float[Array, " observations"]) -> Scalar:
+    def misfit(self, residuals: Float[AnyArray, " observations"]) -> Number:
         """The largest misfit of all recordings."""
         each = [problem.misfit(self.share(i, residuals)) for i, problem in enumerate(self.problems)]
-        return jnp.max(jnp.stack(each))
+        xp = namespace(each)
+        return xp.max(xp.stack(each))
 
     @property
-    def log_units(self) -> Scalar:
+    def log_units(self) -> Number:
         each = [
-            problem.observations.astype(size.dtype) * jnp.log(size)
+            problem.observations.astype(size.dtype) * namespace(size).log(size)
             for problem, size in zip(self.problems, self.sizes, strict=True)
         ]
-        return sum(each, jnp.zeros(()))
+        return sum(each, np.zeros(()))
 
     @property
     def sizes_found(self) -> int:
@@ -170,7 +174,7 @@ class JointProblem(AbstractProblem):
         logs = _stacked([answer.impacts for answer in answers])
         return Answer(xp.concatenate(rows), logs, xp.concatenate(columns))
 
-    def share(self, index: int, rows: Float[Array, "observations ..."]) -> Array:
+    def share(self, index: int, rows: Float[AnyArray, "observations ..."]) -> AnyArray:
         return _blocks(rows, self._lengths)[index] * self.sizes[index]
 
 
@@ -183,7 +187,7 @@ def _several() -> ValueError:
 
 class _JointLoss(AbstractLoss):
     losses: tuple[AbstractLoss, ...]
-    sizes: tuple[Scalar, ...]
+    sizes: tuple[Number, ...]
     lengths: tuple[int, ...] = eqx.field(static=True)
 
     def cost(self, residuals: Residuals) -> Residuals:
@@ -192,24 +196,25 @@ class _JointLoss(AbstractLoss):
             loss.cost(block * size) / size**2
             for loss, size, block in zip(self.losses, self.sizes, own, strict=True)
         ]
-        return jnp.concatenate([*costs, known**2 / 2])
+        return namespace(known, costs).concatenate([*costs, known**2 / 2])
 
 
 class _JointNoise(AbstractNoise):
     noises: tuple[AbstractNoise, ...]
-    counts: tuple[Int[Array, ""], ...]
+    counts: tuple[Int[AnyArray, ""], ...]
     lengths: tuple[int, ...] = eqx.field(static=True)
 
-    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+    def order(self, scores: Scores, count: Number) -> Int[AnyArray, ""]:
         del count
         own = _blocks(scores, self.lengths)
         each = [
             noise.order(block, n.astype(scores.dtype))
             for noise, n, block in zip(self.noises, self.counts, own, strict=False)
         ]
-        return jnp.max(jnp.stack(each))
+        xp = namespace(each)
+        return xp.max(xp.stack(each))
 
-    def lasts(self, scores: Scores, count: Scalar) -> Flag:
+    def lasts(self, scores: Scores, count: Number) -> Bool[AnyArray, ""]:
         del count
         lasting = [
             noise.lasts(block, n.astype(scores.dtype))
@@ -217,9 +222,10 @@ class _JointNoise(AbstractNoise):
                 self.noises, self.counts, _blocks(scores, self.lengths), strict=False
             )
         ]
-        return jnp.any(jnp.stack(lasting))
+        xp = namespace(lasting)
+        return xp.any(xp.stack(lasting))
 
-    def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
+    def spread(self, scores: Scores, count: Number, jacobian: Jacobian) -> Matrix:
         del count
         own = _blocks(scores, self.lengths)
         *rows, known = _blocks(jacobian, self.lengths)
@@ -229,7 +235,7 @@ class _JointNoise(AbstractNoise):
         ]
         return sum(each, known.T @ known)
 
-    def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
+    def drawn(self, key: Key[Array, ""], scores: Scores, count: Number) -> Scores:
         del count
         *own, known = _blocks(scores, self.lengths)
         keys = jax.random.split(key, len(own) + 1)
@@ -242,9 +248,9 @@ class _JointNoise(AbstractNoise):
         return jnp.concatenate([*each, jax.random.normal(keys[-1], known.shape, scores.dtype)])
 
 
-def _blocks(rows: Array, lengths: Sequence[int]) -> list[Array]:
+def _blocks(rows: AnyArray, lengths: Sequence[int]) -> list[AnyArray]:
     """The rows of each problem, and last those of the priors."""
-    return jnp.split(rows, np.cumsum(lengths))
+    return namespace(rows).split(rows, np.cumsum(lengths))
 
 
 def _answers(

@@ -9,12 +9,13 @@ import abc
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from impactjax._known import AnyArray, namespace
 from impactjax._parameter import as_parameter, is_positive, raise_if_violated
 from impactjax._shown import with_numbers
 
-Residuals = Float[Array, "..."]
+Residuals = Float[AnyArray, "..."]
 
 
 class AbstractLoss(eqx.Module):
@@ -24,14 +25,17 @@ class AbstractLoss(eqx.Module):
     def cost(self, residuals: Residuals) -> Residuals:
         """Cost ρ of each residual, in its unit squared."""
 
+    @eqx.filter_jit
     def score(self, residuals: Residuals) -> Residuals:
         """Derivative ρ′: the influence of each residual."""
         return jax.jvp(self.cost, (residuals,), (jnp.ones_like(residuals),))[1]
 
+    @eqx.filter_jit
     def stiffness(self, residuals: Residuals) -> Residuals:
         """Second derivative ρ″ at each residual."""
         return jax.jvp(self.score, (residuals,), (jnp.ones_like(residuals),))[1]
 
+    @eqx.filter_jit
     def weight(self, residuals: Residuals) -> Residuals:
         """Weight ρ′(e) / e of each residual: 1 for least squares, less for outliers."""
         zero = residuals == 0
@@ -57,13 +61,14 @@ class SoftL1(AbstractLoss):
       unit.
     """
 
-    scale: Float[Array, "..."] = eqx.field(converter=as_parameter)
+    scale: Float[AnyArray, "..."] = eqx.field(converter=as_parameter)
 
     def __check_init__(self) -> None:
         raise_if_violated(self, [is_positive("scale", self.scale)])
 
     def cost(self, residuals: Residuals) -> Residuals:
-        return self.scale**2 * (jnp.sqrt(1 + (residuals / self.scale) ** 2) - 1)
+        xp = namespace(residuals, self.scale)
+        return self.scale**2 * (xp.sqrt(1 + (residuals / self.scale) ** 2) - 1)
 
 
 class Cauchy(AbstractLoss):
@@ -74,13 +79,17 @@ class Cauchy(AbstractLoss):
     - `scale`: s, beyond which a residual is large: about twice the noise's standard deviation.
     """
 
-    scale: Float[Array, "..."] = eqx.field(converter=as_parameter)
+    scale: Float[AnyArray, "..."] = eqx.field(converter=as_parameter)
 
     def __check_init__(self) -> None:
         raise_if_violated(self, [is_positive("scale", self.scale)])
 
     def cost(self, residuals: Residuals) -> Residuals:
-        return self.scale**2 / 2 * jnp.log1p((residuals / self.scale) ** 2)
+        return (
+            self.scale**2
+            / 2
+            * namespace(residuals, self.scale).log1p((residuals / self.scale) ** 2)
+        )
 
 
 class StudentT(AbstractLoss):
@@ -93,8 +102,8 @@ class StudentT(AbstractLoss):
     - `freedom`: ν; 4 is usual; the smaller, the less an outlier counts.
     """
 
-    scale: Float[Array, "..."] = eqx.field(converter=as_parameter)
-    freedom: Float[Array, "..."] = eqx.field(converter=as_parameter, default=4.0)
+    scale: Float[AnyArray, "..."] = eqx.field(converter=as_parameter)
+    freedom: Float[AnyArray, "..."] = eqx.field(converter=as_parameter, default=4.0)
 
     def __check_init__(self) -> None:
         raise_if_violated(
@@ -103,4 +112,4 @@ class StudentT(AbstractLoss):
 
     def cost(self, residuals: Residuals) -> Residuals:
         z = (residuals / self.scale) ** 2
-        return self.freedom * self.scale**2 / 2 * jnp.log1p(z / self.freedom)
+        return self.freedom * self.scale**2 / 2 * namespace(z, self.freedom).log1p(z / self.freedom)

@@ -1,16 +1,17 @@
 """Criterion of a model that plainly does not describe its recording."""
 
-import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from impactjax._known import AnyArray, namespace
 from impactjax._record.abstract_recording import AbstractRecording
-from impactjax._types import Scalar
 
 _UNEXPLAINED, _SMOOTH = 0.05, 0.8  # share of the motion, and lag-1 autocorrelation, that are missed
 _WILD = 1.5  # share of the motion that counts as missed with any autocorrelation
 
 
-def misfit(recording: AbstractRecording, residuals: Float[Array, " observations"]) -> Scalar:
+def misfit(
+    recording: AbstractRecording, residuals: Float[AnyArray, " observations"]
+) -> Float[AnyArray, ""]:
     """Share of a record's standard deviation that a fit leaves unexplained [1], if the model
     plainly misses the record; else 0.
 
@@ -18,8 +19,9 @@ def misfit(recording: AbstractRecording, residuals: Float[Array, " observations"
     of the residuals r above 0.8, or if it exceeds 150 %. Impact times are never missed: there is no
     motion to compare with.
     """
-    variation, left = recording.variation(), jnp.sum(residuals**2)
-    pairs = jnp.sum(residuals[1:] * residuals[:-1]) / jnp.where(left > 0, left, 1.0)
-    share = jnp.sqrt(left / jnp.where(variation > 0, variation, 1.0))
+    xp = namespace(residuals)
+    variation, left = recording.variation(), xp.sum(residuals**2)
+    pairs = xp.sum(residuals[1:] * residuals[:-1]) / xp.where(left > 0, left, 1.0)
+    share = xp.sqrt(left / xp.where(variation > 0, variation, 1.0))
     missed = ((share > _UNEXPLAINED) & (pairs > _SMOOTH)) | (share > _WILD)
-    return jnp.where(missed & (variation > 0) & jnp.isfinite(left), share, 0.0)
+    return xp.where(missed & (variation > 0) & xp.isfinite(left), share, 0.0)

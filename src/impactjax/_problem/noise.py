@@ -1,23 +1,27 @@
 """Noise models: the covariance of the residuals, from which that of the estimate follows."""
 
 import abc
+import itertools
+from typing import TypeAlias
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int, Key, PyTree
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int, Key
 from scipy import special
 
 from impactjax._known import AnyArray, namespace
 from impactjax._optimise.linearisation import Matrix
 from impactjax._shown import with_numbers
-from impactjax._types import Scalar
 
 _FEWEST = 8  # lines of a spectrum that can tell whether it is flat
 _UNLIKELY = 1e-5  # significance level of the test for lasting correlation
 
-Scores = Float[Array, " observations"]
-Jacobian = Float[Array, "observations parameters"]
+Scores = Float[AnyArray, " observations"]
+Jacobian = Float[AnyArray, "observations parameters"]
+Scalar = Float[AnyArray, ""]
+Order: TypeAlias = tuple[AnyArray, AnyArray]  # weights, residual variance
 
 
 class AbstractNoise(eqx.Module):
@@ -27,11 +31,11 @@ class AbstractNoise(eqx.Module):
     """
 
     @abc.abstractmethod
-    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+    def order(self, scores: Scores, count: Scalar) -> Int[AnyArray, ""]:
         """Order of the autoregression of the residuals; 0 if they are independent."""
 
     @abc.abstractmethod
-    def lasts(self, scores: Scores, count: Scalar) -> Bool[Array, ""]:
+    def lasts(self, scores: Scores, count: Scalar) -> Bool[AnyArray, ""]:
         """True if the scores are autocorrelated over longer times than in the model."""
 
     @abc.abstractmethod
@@ -48,16 +52,16 @@ class AbstractNoise(eqx.Module):
 class WhiteNoise(AbstractNoise):
     """Independent errors of one size: σ² Jᵀ J."""
 
-    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+    def order(self, scores: Scores, count: Scalar) -> Int[AnyArray, ""]:
         del scores, count
-        return jnp.int32(0)
+        return np.int32(0)
 
-    def lasts(self, scores: Scores, count: Scalar) -> Bool[Array, ""]:
+    def lasts(self, scores: Scores, count: Scalar) -> Bool[AnyArray, ""]:
         del scores, count
-        return jnp.zeros((), bool)
+        return np.zeros((), bool)
 
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
-        return jnp.sum(scores**2) / count * (jacobian.T @ jacobian)
+        return (scores**2).sum() / count * (jacobian.T @ jacobian)
 
     def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
         size = jnp.sqrt(jnp.sum(scores**2) / count)
@@ -83,10 +87,10 @@ class AutoregressiveNoise(AbstractNoise):
 
     most: int = eqx.field(default=24, static=True)
 
-    def order(self, scores: Scores, count: Scalar) -> Int[Array, ""]:
+    def order(self, scores: Scores, count: Scalar) -> Int[AnyArray, ""]:
         return self._fitted(scores, count)[0]
 
-    def lasts(self, scores: Scores, count: Scalar) -> Bool[Array, ""]:
+    def lasts(self, scores: Scores, count: Scalar) -> Bool[AnyArray, ""]:
         """True if the periodogram divided by S is not flat at frequencies below one period in twice
         the longest memory: if the portmanteau statistic Q = N Σ ρₖ² of its N/2 lines exceeds its
         limit. False for records with fewer than eight lines.
@@ -97,23 +101,25 @@ class AutoregressiveNoise(AbstractNoise):
         length = scores.shape[0]
         lines = length // (2 * (self.most + 1))
         if lines < _FEWEST:
-            return jnp.zeros((), bool)
-        power = jnp.abs(jnp.fft.rfft(scores)) ** 2
+            return np.zeros((), bool)
+        xp = namespace(scores, count)
+        power = xp.abs(xp.fft.rfft(scores)) ** 2
         flat = power / self._spectrum(scores, count, length)
-        low = flat[: lines + 1].at[0].set(0.0)  # that of the mean
-        rho = jnp.fft.irfft(low, 2 * lines)
+        low = xp.where(xp.arange(lines + 1) > 0, flat[: lines + 1], 0.0)  # not that of the mean
+        rho = xp.fft.irfft(low, 2 * lines)
         lags = lines // 2
-        squares = jnp.sum((rho[1 : lags + 1] / jnp.where(rho[0] > 0, rho[0], 1.0)) ** 2)
+        squares = xp.sum((rho[1 : lags + 1] / xp.where(rho[0] > 0, rho[0], 1.0)) ** 2)
         statistic = 2 * lines * (count / length) * squares
         return statistic > float(special.chdtri(lags, _UNLIKELY))
 
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
-        length = 2 * scores.shape[0]
+        xp, length = namespace(scores, count, jacobian), 2 * scores.shape[0]
         spectrum = self._spectrum(scores, count, length)
-        twice = jnp.full_like(spectrum, 2.0).at[0].set(1.0).at[-1].set(1.0)  # ω and −ω
-        transformed = jnp.fft.rfft(jacobian, length, axis=0)
-        weights = (twice * spectrum)[:, None] / length
-        real, imaginary = jnp.real(transformed), jnp.imag(transformed)
+        ends = xp.isin(xp.arange(spectrum.shape[0]), xp.asarray([0, spectrum.shape[0] - 1]))
+        both = xp.where(ends, spectrum, 2 * spectrum)  # ω and −ω
+        transformed = xp.fft.rfft(jacobian, length, axis=0)
+        weights = both[:, None] / length
+        real, imaginary = xp.real(transformed), xp.imag(transformed)
         return real.T @ (weights * real) + imaginary.T @ (weights * imaginary)
 
     def drawn(self, key: Key[Array, ""], scores: Scores, count: Scalar) -> Scores:
@@ -124,22 +130,25 @@ class AutoregressiveNoise(AbstractNoise):
         shaped = jax.lax.complex(gain * transformed.real, gain * transformed.imag)
         return jnp.fft.irfft(shaped, length)[: scores.shape[0]]
 
-    def _spectrum(self, scores: Scores, count: Scalar, length: int) -> Float[Array, " frequencies"]:
+    def _spectrum(
+        self, scores: Scores, count: Scalar, length: int
+    ) -> Float[AnyArray, " frequencies"]:
         """Spectrum S at the frequencies of a record of `length` samples."""
         _, weights, variance = self._fitted(scores, count)
-        one = jnp.ones(1, scores.dtype)
-        return variance / jnp.abs(jnp.fft.rfft(jnp.concatenate([one, -weights]), length)) ** 2
+        xp = namespace(weights, variance)
+        one = xp.ones(1, scores.dtype)
+        return variance / xp.abs(xp.fft.rfft(xp.concatenate([one, -weights]), length)) ** 2
 
-    def _fitted(self, scores: Scores, count: Scalar) -> tuple[Int[Array, ""], Array, Scalar]:
+    def _fitted(self, scores: Scores, count: Scalar) -> tuple[Int[AnyArray, ""], AnyArray, Scalar]:
         """Order, weights a₁, a₂, ... with zeros beyond the order, and variance σ²."""
         most = min(self.most, scores.shape[0] // 10)
-        covariances = autocovariances(scores, count, most)
+        covariances, xp = autocovariances(scores, count, most), namespace(scores, count)
         weights, variances = levinson(covariances)
-        orders = jnp.arange(most + 1, dtype=scores.dtype)
-        tiny = jnp.finfo(scores.dtype).tiny
-        criterion = count * jnp.log(jnp.maximum(variances, tiny)) + jnp.log(count) * orders
-        criterion = jnp.where(orders <= jnp.maximum(count // 10, 0), criterion, jnp.inf)
-        best = jnp.argmin(criterion).astype(jnp.int32)
+        orders = xp.arange(most + 1, dtype=scores.dtype)
+        tiny = np.finfo(scores.dtype).tiny
+        criterion = count * xp.log(xp.maximum(variances, tiny)) + xp.log(count) * orders
+        criterion = xp.where(orders <= xp.maximum(count // 10, 0), criterion, xp.inf)
+        best = xp.argmin(criterion).astype(np.int32)
         return best, weights[best], variances[best]
 
 
@@ -155,34 +164,35 @@ def autocovariances(
 
 
 def levinson(
-    covariances: Float[Array, " lags"],
-) -> tuple[Float[Array, "orders weights"], Float[Array, " orders"]]:
+    covariances: Float[AnyArray, " lags"],
+) -> tuple[Float[AnyArray, "orders weights"], Float[AnyArray, " orders"]]:
     """Weights and residual variances of the autoregressions of orders 0, 1, 2, ..., by Levinson's
     recursion.
 
     Source: J. Durbin (1960), "The fitting of time-series models", Review of the International
     Statistical Institute 28, 233.
     """
-    most = covariances.shape[0] - 1
-    nothing = jnp.zeros(most, covariances.dtype)
-    if most == 0:
-        return nothing[None], covariances
-    places = jnp.arange(most)
+    xp, most = namespace(covariances), covariances.shape[0] - 1
+    places = np.arange(most)
 
-    def longer(
-        shorter: tuple[Array, Scalar], k: Int[Array, ""]
-    ) -> tuple[tuple[PyTree, ...], tuple[PyTree, ...]]:
+    def longer(shorter: Order, k: Int[AnyArray, ""]) -> tuple[Order, Order]:
         weights, variance = shorter
-        explained = weights @ covariances[jnp.maximum(k - 1 - places, 0)]
-        reflection = (covariances[k] - explained) / jnp.where(variance > 0, variance, 1.0)
-        mirrored = jnp.where(places < k - 1, weights[jnp.maximum(k - 2 - places, 0)], 0)
-        weights = (weights - reflection * mirrored).at[k - 1].set(reflection)
-        variance = variance * (1 - reflection**2)
-        return (weights, variance), (weights, variance)
+        explained = weights @ covariances[xp.maximum(k - 1 - places, 0)]
+        reflection = (covariances[k] - explained) / xp.where(variance > 0, variance, 1.0)
+        mirrored = xp.where(places < k - 1, weights[xp.maximum(k - 2 - places, 0)], 0)
+        weights = xp.where(places == k - 1, reflection, weights - reflection * mirrored)
+        order = weights, variance * (1 - reflection**2)
+        return order, order
 
-    first = nothing, covariances[0]
-    _, (weights, variances) = jax.lax.scan(longer, first, jnp.arange(1, most + 1))
-    return (
-        jnp.concatenate([nothing[None], weights]),
-        jnp.concatenate([covariances[:1], variances]),
-    )
+    none = xp.zeros(most, covariances.dtype), covariances[0]
+    if most == 0:
+        return none[0][None], covariances
+    if xp is np:
+        each = itertools.accumulate(
+            np.arange(1, most + 1), lambda shorter, k: longer(shorter, k)[0], initial=none
+        )
+        weights, variances = zip(*each, strict=True)
+        return np.stack(weights), np.stack(variances)
+    _, (weights, variances) = jax.lax.scan(longer, none, jnp.arange(1, most + 1))
+    first = none[0][None], none[1][None]
+    return jnp.concatenate([first[0], weights]), jnp.concatenate([first[1], variances])

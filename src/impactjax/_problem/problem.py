@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Key
 
-from impactjax._known import AnyArray, namespace
+from impactjax._known import AnyArray, namespace, placed
 from impactjax._optimise.minimiser import Vector
-from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed
+from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed, Number
 from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.misfit import misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
@@ -77,7 +78,7 @@ class Problem(AbstractProblem):
     def first(self, share: float) -> Valid:
         return self.recording.within(share)
 
-    def variance(self) -> Scalar | None:
+    def variance(self) -> Number | None:
         return self.system.sensor.variance()
 
     def known_before(self) -> dict[str, Normal]:
@@ -117,18 +118,18 @@ class Problem(AbstractProblem):
     def shifted(self, rows: Residuals) -> "Problem":
         return dataclasses.replace(self, recording=self.recording.shifted(rows))
 
-    def share(self, index: int, rows: Float[Array, "observations ..."]) -> Array:
+    def share(self, index: int, rows: Float[AnyArray, "observations ..."]) -> AnyArray:
         del index
         return rows
 
-    def misfit(self, residuals: Residuals) -> Scalar:
+    def misfit(self, residuals: Residuals) -> Number:
         return misfit(self.recording, residuals)
 
     def padded(self) -> "Problem":
         recording = self.recording.padded(padded_size(self.valid.shape[-1]))
         # Scatter does not change what is simulated: fits with and without it share their programs.
         longer = dataclasses.replace(self, recording=recording, scatter=NoScatter())
-        none = jnp.zeros(longer.impacts, self.start.dtype)
+        none = np.zeros(longer.impacts, jnp.result_type(float, *self.starting_values()))
         return longer.scattered(none) if self.has_stop else longer
 
     @property
@@ -150,20 +151,24 @@ class Problem(AbstractProblem):
         return impacts < self.impacts
 
     def scattered(
-        self, logarithms: Float[Array, " first"], direction: Factors | None = None
+        self,
+        logarithms: Float[AnyArray, " first"],
+        direction: Float[AnyArray, " impacts"] | None = None,
     ) -> "Problem":
         """The problem with a factor on the speed after each impact, given by its logarithm; the
         factor of later impacts is 1. Its answer has the derivative of the residuals along a
         direction of the logarithms.
         """
-        logarithms = jnp.pad(logarithms, (0, self.impacts - logarithms.shape[0]))
-        system = dataclasses.replace(self.system, factors=jnp.exp(logarithms))
-        direction = jnp.zeros_like(logarithms) if direction is None else direction
+        xp = namespace(logarithms)
+        logarithms = xp.pad(logarithms, (0, self.impacts - logarithms.shape[0]))
+        direction = xp.zeros_like(logarithms) if direction is None else direction
+        factors, direction = placed((xp.exp(logarithms), direction))
+        system = dataclasses.replace(self.system, factors=factors)
         return dataclasses.replace(self, system=system, direction=direction)
 
     @property
-    def log_units(self) -> Scalar:
-        return jnp.zeros(())
+    def log_units(self) -> Number:
+        return np.zeros(())
 
     @property
     def sizes_found(self) -> int:
@@ -171,7 +176,8 @@ class Problem(AbstractProblem):
 
     def system_with(self, values: Vector) -> System:
         """The system with fitted parameters set, in their natural units, and tied ones computed."""
-        system = replaced(self.system, self.names, [values[..., i] for i in range(len(self.names))])
+        each = placed([values[..., i] for i in range(len(self.names))])
+        system = replaced(self.system, self.names, each)
         if not self.ties:
             return system
         tied = [name for name, _ in self.ties]

@@ -19,7 +19,7 @@ from impactjax._sensor.sensor import Sensor
 from impactjax._sensor.system import System
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulation import Simulation
-from impactjax._types import Flag, Numbers, Scalar
+from impactjax._types import Flag, Numbers
 
 Own = TypeVar("Own", bound="AbstractRecording")
 Residuals = Float[AnyArray, " observations"]
@@ -60,7 +60,7 @@ class AbstractRecording(eqx.Module):
     @property
     def begin(self) -> Number:
         """Time of the first observation [s]."""
-        return self.instants[0]
+        return plain(self.instants)[0]
 
     @property
     @abc.abstractmethod
@@ -168,7 +168,7 @@ class AbstractRecording(eqx.Module):
         """True if the recorded quantity is zero in free fall."""
 
     @abc.abstractmethod
-    def variation(self) -> Scalar:
+    def variation(self) -> Number:
         """Sum of squared deviations of a recorded motion from its mean; 0 for impact times."""
 
     @abc.abstractmethod

@@ -29,7 +29,7 @@ from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulate import simulate
 from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.trajectory import Trajectory
-from impactjax._types import Flag, Numbers, Scalar
+from impactjax._types import Flag, Numbers
 
 
 class ImpactTimes(AbstractRecording):
@@ -182,8 +182,8 @@ class ImpactTimes(AbstractRecording):
     def shows_fall(self) -> bool:
         return False
 
-    def variation(self) -> Scalar:
-        return jnp.zeros((), self.times.dtype)
+    def variation(self) -> Number:
+        return np.zeros((), self.times.dtype)
 
     def first_look(
         self, oscillator: AbstractOscillator, gap: float = 0.0, sensor: Sensor | None = None

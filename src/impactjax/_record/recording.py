@@ -32,7 +32,7 @@ from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulate import simulate_logged
 from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.trajectory import Trajectory
-from impactjax._types import Flag, Numbers, Samples, Scalar
+from impactjax._types import Flag, Numbers, Samples
 
 _PADDING = 0.02  # spacing of padding samples, relative to that of the others
 
@@ -80,7 +80,7 @@ class Recording(AbstractRecording):
 
     @property
     def end(self) -> Number:
-        return self.ts[-1]
+        return plain(self.ts)[-1]
 
     @property
     def usual_oscillator(self) -> str:
@@ -199,10 +199,11 @@ class Recording(AbstractRecording):
     def shows_fall(self) -> bool:
         return self.quantity.is_felt
 
-    def variation(self) -> Scalar:
-        values = jnp.where(self.valid, self.values, 0.0)
-        mean = jnp.sum(values) / jnp.sum(self.valid).astype(values.dtype)
-        return jnp.sum(jnp.where(self.valid, values - mean, 0.0) ** 2)
+    def variation(self) -> Number:
+        valid, values = plain(self.valid), plain(self.values)
+        xp = namespace(valid, values)
+        mean = xp.sum(xp.where(valid, values, 0.0)) / xp.sum(valid).astype(values.dtype)
+        return xp.sum(xp.where(valid, values - mean, 0.0) ** 2)
 
     def first_look(
         self, oscillator: AbstractOscillator, gap: float = 0.0, sensor: Sensor | None = None

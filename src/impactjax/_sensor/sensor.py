@@ -2,8 +2,10 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from impactjax._known import AnyArray
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._parameter import (
     Requirement,
@@ -86,11 +88,11 @@ class Sensor(eqx.Module):
         values, ts = values[::every], trajectory.ts[::every]
         return self.gain * values + self.offset + self.drift * (ts + self.delay)
 
-    def floor(self) -> Float[Array, "..."]:
+    def floor(self) -> Float[AnyArray, "..."]:
         """Variance of the quantisation error: step² / 12."""
-        return jnp.zeros(()) if self.quantisation is None else self.quantisation**2 / 12
+        return np.zeros(()) if self.quantisation is None else self.quantisation**2 / 12
 
-    def variance(self) -> Float[Array, "..."] | None:
+    def variance(self) -> Float[AnyArray, "..."] | None:
         """Variance of a recorded value, σ² plus that of quantisation; `None` if σ is not known."""
         return None if self.sigma is None else self.sigma**2 + self.floor()
 
