@@ -26,9 +26,9 @@ def moved(by: float, aic: float, high: float | None = None) -> ij.Estimate[ij.Pr
         lambda e: (e.values, e.low, e.high, e.aic),
         estimate,
         (
-            estimate.values.at[0].set(value),
-            estimate.low.at[0].set(low),
-            estimate.high.at[0].set(high),
+            jnp.asarray(estimate.values).at[0].set(value),
+            jnp.asarray(estimate.low).at[0].set(low),
+            jnp.asarray(estimate.high).at[0].set(high),
             jnp.asarray(aic),
         ),
     )
@@ -66,9 +66,9 @@ def test_open_interval_of_a_likely_law_stays_open():
     assert across(pair)["x0"].verdict is ij.Verdict.ONE_SIDED
     rows = parameter_rows([ij.Fitted(name, own, 0.0) for name, own in zip("ab", pair, strict=True)])
     assert rows[0][0]["verdict"] == "one-sided"
-    both = eqx.tree_at(lambda e: e.low, pair[1], pair[1].low.at[0].set(-np.inf))
+    both = eqx.tree_at(lambda e: e.low, pair[1], jnp.asarray(pair[1].low).at[0].set(-np.inf))
     assert across([pair[0], both])["x0"].verdict is ij.Verdict.NOT_IDENTIFIED
-    unknown = eqx.tree_at(lambda e: e.low, pair[0], pair[0].low.at[0].set(np.nan))
+    unknown = eqx.tree_at(lambda e: e.low, pair[0], jnp.asarray(pair[0].low).at[0].set(np.nan))
     assert across([unknown, pair[1]]) == {}
     assert across([moved(0.0, 0.0), moved(0.0, 9.0, np.inf)]) == {}
 
@@ -91,10 +91,10 @@ def test_laws_of_different_types_share_no_parameter_of_the_law():
             lambda e: (e.values, e.low, e.high, e.standard_errors),
             one,
             (
-                one.values.at[at].set(r),
-                one.low.at[at].set(r - 0.02),
-                one.high.at[at].set(r + 0.02),
-                one.standard_errors.at[at].set(0.01),
+                jnp.asarray(one.values).at[at].set(r),
+                jnp.asarray(one.low).at[at].set(r - 0.02),
+                jnp.asarray(one.high).at[at].set(r + 0.02),
+                jnp.asarray(one.standard_errors).at[at].set(0.01),
             ),
         )
         for r in (0.5, 0.6)

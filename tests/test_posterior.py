@@ -54,7 +54,7 @@ def densities(estimate: ij.Estimate[P], places: np.ndarray) -> np.ndarray:
     """Log-densities of natural values under a linear model."""
     density = density_of(estimate)
     rows = estimate.residuals + (places - np.asarray(estimate.values)) @ estimate.jacobian.T
-    return np.array([float(density.of_rows(row)) for row in rows])
+    return np.array([float(density.of_rows(row)) for row in jnp.asarray(rows)])
 
 
 def around(estimate: ij.Estimate[P]) -> np.ndarray:

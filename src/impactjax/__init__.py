@@ -181,6 +181,7 @@ from impactjax._sensor.abstract_quantity import AbstractQuantity as AbstractQuan
 from impactjax._sensor.impulse_response import ImpulseResponse as ImpulseResponse
 from impactjax._sensor.low_pass import AbstractLowPass as AbstractLowPass
 from impactjax._sensor.low_pass import Butterworth as Butterworth
+from impactjax._sensor.low_pass import Resonance as Resonance
 from impactjax._sensor.quantity import QUANTITIES as QUANTITIES
 from impactjax._sensor.quantity import Acceleration as Acceleration
 from impactjax._sensor.quantity import Angle as Angle

@@ -94,9 +94,14 @@ def impacts(found: Survey) -> list[str]:
         return [f"None: it swings freely, with {len(marks)} extremes."]
     if not len(marks):
         return ["None were found between flights."]
-    count = f"{len(marks)} found, from {marks[0]:.4g} to {marks[-1]:.4g} s."
-    told, speeds, ratios = [count], look.speeds, look.restitutions
-    if speeds.size:
+    span = f"from {marks[0]:.4g} to {marks[-1]:.4g} s" if len(marks) > 1 else f"at {marks[0]:.4g} s"
+    told, speeds, ratios = [f"{len(marks)} found, {span}."], look.speeds, look.restitutions
+    if look.is_blow:
+        told.append(
+            f"The impulse is that of an approach at {speeds[0]:.2g} m/s, if the restitution is "
+            f"{look.restitution:g}."
+        )
+    elif speeds.size:
         told.append(f"Approach speeds from {speeds.max():.3g} to {speeds.min():.3g} m/s.")
         single = f"impacts from {ratios.min():.3g} to {ratios.max():.3g}"
         if look.usual_restitutions.size:

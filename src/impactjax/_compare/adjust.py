@@ -2,7 +2,7 @@
 
 from impactjax._compare.oscillators import with_known
 from impactjax._compare.setup import Setup
-from impactjax._compare.unstated_sensor import with_unstated_sensor
+from impactjax._compare.unstated_sensor import with_unstated_instrument, with_unstated_sensor
 from impactjax._first_look.first_look import FirstLook
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._sensor.sensor import Sensor
@@ -34,6 +34,8 @@ def adjusted(
             setup, look = _placed(recording, look, setup, notes)
         if not look.swings_freely or look.elsewhere is not None:
             setup = with_unstated_sensor(recording, setup, said)
+    if look.is_blow:
+        setup = with_unstated_instrument(recording, setup, said)
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)
     return recording, look, setup
@@ -89,21 +91,21 @@ def _placed(
 def _released(
     recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
 ) -> tuple[AbstractRecording, FirstLook, Setup]:
-    """The recording from the moment when a hand lets go.
+    """The part of the recording that the model describes.
 
     An accelerometer that was dropped is taken to start from rest: its record alone does not contain
     the initial velocity.
     """
-    free = recording.free_part(look)
-    if free is None:
+    part = recording.free_part(look)
+    if part is None:
         return recording, look, setup
-    begin, end = free
+    begin, end, reason, at_rest = part
     note = (
-        f"A hand seems to hold or push at first: only {begin:.3f} to {end:.3f} s is fitted "
+        f"{reason}: only {begin:.3f} to {end:.3f} s is fitted "
         "(`window` under [read] in the sidecar decides otherwise)."
     )
     asked = {*setup.start, *setup.fixed, *setup.free}
-    if recording.shows_fall and "x_dot0" not in asked:
+    if at_rest and "x_dot0" not in asked:
         setup = setup._replace(fixed={**setup.fixed, "x_dot0": 0.0})
         note = f"{note} It is taken to fall from rest."
     notes.append(note)

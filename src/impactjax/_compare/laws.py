@@ -109,4 +109,5 @@ LAWS: dict[str, Callable[[FirstLook], AbstractLaw]] = {
     "power-law": _power_law,
 }
 
+USUAL_FORCE_LAWS = ("kelvin-voigt", "hunt-crossley")  # those for a record of force
 USUAL_LAWS = ("restitution", "linear-restitution", "kelvin-voigt")  # tried if none is named

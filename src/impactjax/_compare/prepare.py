@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from impactjax._compare.laws import LAWS, NO_LAW, USUAL_LAWS
+from impactjax._compare.laws import LAWS, NO_LAW, USUAL_FORCE_LAWS, USUAL_LAWS
 from impactjax._compare.oscillators import (
     DRY_FRICTION,
     is_dry,
@@ -156,7 +156,9 @@ def _named(laws: Sequence[Law]) -> dict[str, Law]:
 def _usual_laws(recording: AbstractRecording, look: FirstLook) -> Sequence[Law]:
     """Names of the usual laws; only "none" if the motion is free."""
     free = look.swings_freely and look.elsewhere is None and not recording.observes_impacts
-    return [NO_LAW] if free else USUAL_LAWS
+    if free:
+        return [NO_LAW]
+    return USUAL_FORCE_LAWS if recording.needs_force_law else USUAL_LAWS
 
 
 def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:

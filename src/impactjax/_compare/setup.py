@@ -25,7 +25,7 @@ from impactjax._record.file_error import FileError
 from impactjax._record.read_recording import RecordingFile
 from impactjax._record.sidecar import SensorTable, Sidecar
 from impactjax._sensor.impulse_response import ImpulseResponse
-from impactjax._sensor.low_pass import AbstractLowPass, Butterworth
+from impactjax._sensor.low_pass import AbstractLowPass, Butterworth, Resonance
 from impactjax._sensor.sensor import Sensor
 
 
@@ -164,6 +164,10 @@ def sensor_of(own: SensorTable) -> Sensor:
         low_pass = Butterworth(own.cutoff, order=own.order)
     if own.impulse_response is not None and own.interval is not None:
         low_pass = ImpulseResponse(jnp.asarray(own.impulse_response), own.interval)
+    if own.resonance is not None:
+        low_pass = Resonance(own.resonance)
+        if own.resonance_damping is not None:
+            low_pass = Resonance(own.resonance, own.resonance_damping)
     gain, offset, drift = 1.0 if own.gain is None else own.gain, own.offset or 0.0, own.drift or 0.0
     return Sensor(gain, offset, own.delay, drift, low_pass, own.sigma, own.quantisation)
 

@@ -2,8 +2,8 @@
 
 A small error of each moves parameters of the contact out of their intervals, and a test of the
 residuals seldom shows it: of the zero, half the noise; of the gain, 3 %; of a low-pass, a cutoff of
-60 Hz that is taken for none. Where the recording tells such a parameter, the intervals of the
-others hardly grow by fitting it.
+60 Hz that is taken for none; of a load cell, its resonance. Where the recording tells such a
+parameter, the intervals of the others hardly grow by fitting it.
 """
 
 import dataclasses
@@ -13,9 +13,10 @@ import numpy as np
 
 from impactjax._compare.setup import Setup
 from impactjax._record.abstract_recording import AbstractRecording
-from impactjax._sensor.low_pass import Butterworth
+from impactjax._sensor.low_pass import Butterworth, Resonance
 
 _BENT = 0.04  # departure of a restoring force from proportionality by which a record tells its gain
+_RESONANCE = ("resonance", "resonance_damping")
 _FEW = 50  # samples that do not tell of a low-pass beside all else
 _START = 0.1  # first cutoff, relative to the sampling rate
 
@@ -36,11 +37,29 @@ def with_unstated_sensor(recording: AbstractRecording, setup: Setup, said: set[s
     return _with_low_pass(recording, setup, said)
 
 
+def with_unstated_instrument(recording: AbstractRecording, setup: Setup, said: set[str]) -> Setup:
+    """The setup in which zero and resonance of the instrument that records a blow are fitted, those
+    that nobody stated; a low-pass if it does not ring. Arguments are those of
+    `with_unstated_sensor`.
+    """
+    if "offset" not in said:
+        setup = setup._replace(free=(*dict.fromkeys([*setup.free, "offset"]),))
+    if setup.sensor.low_pass is not None or said & {"cutoff", *_RESONANCE}:
+        return setup
+    seen = recording.ringing()
+    if seen is None:
+        return _with_low_pass(recording, setup, said)
+    return _ringing(setup, seen)._replace(free=(*setup.free, *_RESONANCE))
+
+
 def with_named_low_pass(recording: AbstractRecording, setup: Setup) -> Setup:
     """The setup with a Butterworth low-pass, if the user named a cutoff and the sensor has none. It
-    has none if the cutoff is infinite, or held without a value.
+    has none if the cutoff is infinite, or held without a value. Likewise with a resonance.
     """
     values = {**setup.start, **setup.fixed}
+    if "resonance" in {*values, *setup.free} and setup.sensor.low_pass is None:
+        seen = recording.ringing() or _usual_cutoff(recording)
+        return _ringing(setup, values.get("resonance", seen))
     if "cutoff" not in {*values, *setup.held, *setup.free}:
         return setup
     unknown = "cutoff" in setup.held and setup.sensor.low_pass is None
@@ -74,6 +93,11 @@ def _usual_cutoff(recording: AbstractRecording) -> float:
 
 def _filtered(setup: Setup, cutoff: float) -> Setup:
     low_pass = Butterworth(cutoff, order=setup.order)
+    return setup._replace(sensor=dataclasses.replace(setup.sensor, low_pass=low_pass))
+
+
+def _ringing(setup: Setup, frequency: float) -> Setup:
+    low_pass = Resonance(frequency)
     return setup._replace(sensor=dataclasses.replace(setup.sensor, low_pass=low_pass))
 
 

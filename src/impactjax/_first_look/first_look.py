@@ -13,7 +13,7 @@ from impactjax._model.oscillator import AbstractOscillator
 _PROMINENCE = 6.0  # least prominence of an extremum, in standard deviations of the noise
 _SHARP = 2.5  # ratio of the rise after a turn to the fall after a top above which it is an impact
 _NEAR = 0.05  # distance to the stated stop, relative to the motion, that is not significant
-_USUAL_RESTITUTION = 0.6
+USUAL_RESTITUTION = 0.6
 _USUAL_SPEED = 0.5  # [m/s]
 _REST = 1e-6  # [m/s], speed below which an impact does not count
 _DIFFERENT = 1e-3  # least relative range of the speeds for a straight line
@@ -31,6 +31,7 @@ class FirstLook(NamedTuple):
     - `contact_frequency`: guess of the natural frequency during contact [rad/s].
     - `swings_freely`: true if the motion passes through the position of the stop.
     - `marks`: times of the detected impacts, or of the extremes of a free swing [s].
+    - `is_blow`: true for a single impact recorded by its force, which tells its impulse only.
     - `elsewhere`: coordinate of the detected impacts, if it clearly differs from that of the stop.
     """
 
@@ -42,12 +43,13 @@ class FirstLook(NamedTuple):
     swings_freely: bool
     marks: np.ndarray = np.zeros(0)
     elsewhere: float | None = None
+    is_blow: bool = False
 
     @property
     def restitution(self) -> float:
         """A typical coefficient of restitution; a usual one if the record has none."""
         usable = self.usual_restitutions
-        return float(np.median(usable)) if usable.size else _USUAL_RESTITUTION
+        return float(np.median(usable)) if usable.size else USUAL_RESTITUTION
 
     @property
     def usual_restitutions(self) -> np.ndarray:

@@ -153,7 +153,7 @@ def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
     approximation: then the other one is open for this reason only. A parameter is undecided if an
     end is unknown.
     """
-    estimate, other = known((estimate, other))
+    problem, (estimate, other) = estimate.problem, known((estimate, other))
     lowest, highest = _ends(estimate.problem, estimate.low)
     linear = estimate.values - NORMAL * estimate.standard_errors
     silent = (other.low <= lowest) & (other.high >= highest) & ~(linear > lowest)
@@ -168,6 +168,7 @@ def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
     growth = np.where(below & above & (growth > 1), growth, 1.0)
     return dataclasses.replace(
         estimate,
+        problem=problem,
         low=low,
         high=high,
         verdicts=np.where(unknown, Verdict.UNDECIDED, found).astype(np.int32),

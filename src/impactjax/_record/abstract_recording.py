@@ -44,6 +44,20 @@ class Curves(NamedTuple):
     dense: bool
 
 
+class Part(NamedTuple):
+    """Part of a recording.
+
+    - `begin`, `end`: times [s].
+    - `reason`: clause that says why only this part is fitted.
+    - `at_rest`: true if the mass is at rest when the part begins.
+    """
+
+    begin: float
+    end: float
+    reason: str
+    at_rest: bool
+
+
 class AbstractRecording(eqx.Module):
     """Observations of one motion, with a mask `valid` of those that count.
 
@@ -100,6 +114,11 @@ class AbstractRecording(eqx.Module):
     @abc.abstractmethod
     def observes_impacts(self) -> bool:
         """True if each observation is an impact. A fit then estimates the time of the first."""
+
+    @property
+    @abc.abstractmethod
+    def needs_force_law(self) -> bool:
+        """True if a rigid stop has nothing that could be recorded: for a force."""
 
     @property
     @abc.abstractmethod
@@ -162,11 +181,6 @@ class AbstractRecording(eqx.Module):
     def span(self) -> tuple[float, float]:
         """The lowest and the highest observation."""
 
-    @property
-    @abc.abstractmethod
-    def shows_fall(self) -> bool:
-        """True if the recorded quantity is zero in free fall."""
-
     @abc.abstractmethod
     def variation(self) -> Number:
         """Sum of squared deviations of a recorded motion from its mean; 0 for impact times."""
@@ -185,8 +199,14 @@ class AbstractRecording(eqx.Module):
         """
 
     @abc.abstractmethod
-    def free_part(self, look: FirstLook) -> tuple[float, float] | None:
-        """Begin and end [s] of the free motion after a hand let go; `None` if all is free."""
+    def free_part(self, look: FirstLook) -> Part | None:
+        """The part that the model describes: the motion after a hand let go, or a single blow and
+        what surrounds it; `None` if it is the whole.
+        """
+
+    @abc.abstractmethod
+    def ringing(self) -> float | None:
+        """Frequency of an instrument that rings after a blow [Hz]; `None` if none does."""
 
     @property
     def observations(self) -> Int[AnyArray, "..."]:

@@ -16,6 +16,7 @@ from impactjax._record.abstract_recording import (
     Curves,
     Instants,
     Number,
+    Part,
     Residuals,
     Valid,
     check_increasing,
@@ -92,6 +93,10 @@ class ImpactTimes(AbstractRecording):
     @property
     def observes_impacts(self) -> bool:
         return True
+
+    @property
+    def needs_force_law(self) -> bool:
+        return False
 
     @property
     def shows_place(self) -> bool:
@@ -178,10 +183,6 @@ class ImpactTimes(AbstractRecording):
     def span(self) -> tuple[float, float]:
         return float(self.begin), float(self.end)
 
-    @property
-    def shows_fall(self) -> bool:
-        return False
-
     def variation(self) -> Number:
         return np.zeros((), self.times.dtype)
 
@@ -191,9 +192,12 @@ class ImpactTimes(AbstractRecording):
         del gap, sensor
         return look_at_flights(np.asarray(self.times), oscillator)
 
-    def free_part(self, look: FirstLook) -> tuple[float, float] | None:
+    def free_part(self, look: FirstLook) -> Part | None:
         """`None`: the motion between impacts is always free."""
         del look
+
+    def ringing(self) -> None:
+        """`None`: times show no instrument."""
 
     def __repr__(self) -> str:
         if not is_known(self):

@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from impactjax._first_look.blow import Pulse, blow, look_at_blow, ringing, surroundings
 from impactjax._first_look.first_look import FirstLook, look_at_motion
 from impactjax._first_look.hand_release import release
 from impactjax._known import is_known, namespace
@@ -15,6 +16,7 @@ from impactjax._record.abstract_recording import (
     Curves,
     Instants,
     Number,
+    Part,
     Residuals,
     Valid,
     check_increasing,
@@ -35,6 +37,10 @@ from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Flag, Numbers, Samples
 
 _PADDING = 0.02  # spacing of padding samples, relative to that of the others
+
+
+def _part(ends: tuple[float, float] | None, reason: str, at_rest: bool = False) -> Part | None:
+    return None if ends is None else Part(*ends, reason, at_rest)
 
 
 class Recording(AbstractRecording):
@@ -84,6 +90,8 @@ class Recording(AbstractRecording):
 
     @property
     def usual_oscillator(self) -> str:
+        if self.quantity.is_force and blow(self._without_gaps()[1]) is not None:
+            return "free-mass"
         if self.quantity.is_carried:
             return "bouncing-ball"
         return "pendulum" if self.quantity.of_angle else "linear-oscillator"
@@ -111,6 +119,10 @@ class Recording(AbstractRecording):
     @property
     def observes_impacts(self) -> bool:
         return False
+
+    @property
+    def needs_force_law(self) -> bool:
+        return self.quantity.is_force
 
     @property
     def shows_place(self) -> bool:
@@ -195,10 +207,6 @@ class Recording(AbstractRecording):
         values = np.asarray(self.values)[np.asarray(self.valid)]
         return float(values.min()), float(values.max())
 
-    @property
-    def shows_fall(self) -> bool:
-        return self.quantity.is_felt
-
     def variation(self) -> Number:
         valid, values = plain(self.valid), plain(self.values)
         xp = namespace(valid, values)
@@ -210,15 +218,40 @@ class Recording(AbstractRecording):
     ) -> FirstLook:
         own = self if sensor is None else self._before(sensor)
         ts, values = own._without_gaps()
+        struck, duration = own._blow(oscillator), own._contact_duration()
+        if struck is not None and duration is not None:
+            return look_at_blow(ts, *struck, oscillator, duration)
         places = self.quantity.coordinate(ts, values, oscillator)
-        return look_at_motion(ts, places, oscillator, gap, own._contact_duration())
+        return look_at_motion(ts, places, oscillator, gap, duration)
 
-    def free_part(self, look: FirstLook) -> tuple[float, float] | None:
+    def free_part(self, look: FirstLook) -> Part | None:
         ts, values, valid = (np.asarray(x) for x in (self.ts, self.values, self.valid))
-        if self.shows_fall:
-            return self.quantity.free_fall(ts, values, valid)
-        places = self.quantity.coordinate(*self._without_gaps(), look.oscillator)
-        return release(ts, places, valid, look)
+        struck = self._blow(look.oscillator)
+        if struck is not None:
+            return _part(surroundings(ts, struck[1]), "There is one blow")
+        if self.quantity.is_felt:
+            found = self.quantity.free_fall(ts, values, valid)
+        else:
+            places = self.quantity.coordinate(*self._without_gaps(), look.oscillator)
+            found = release(ts, places, valid, look)
+        return _part(found, "A hand seems to hold or push at first", self.quantity.is_felt)
+
+    def ringing(self) -> float | None:
+        ts, values = self._without_gaps()
+        pulse = blow(values) if self.quantity.is_force else None
+        seen = None if pulse is None else ringing(values, pulse)
+        return None if seen is None else seen / float(np.median(np.diff(ts)))
+
+    def _blow(self, oscillator: AbstractOscillator) -> tuple[np.ndarray, Pulse] | None:
+        """Accelerations by the stop and samples of the contact, if the record is that of a single
+        blow of a free mass.
+        """
+        if oscillator.weight() is not None or oscillator.has_equilibrium():
+            return None
+        _, values = self._without_gaps()
+        push = self.quantity.push(values, oscillator)
+        pulse = None if push is None else blow(push)
+        return None if push is None or pulse is None else (push, pulse)
 
     def _before(self, sensor: Sensor) -> "Recording":
         """The quantity before a sensor: (values − offset) / gain."""

@@ -51,6 +51,8 @@ class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     order: Annotated[int, msgspec.Meta(ge=1, le=12)] = 2
     impulse_response: Annotated[list[Finite], msgspec.Meta(min_length=2)] | None = None
     interval: Positive | None = None
+    resonance: Positive | None = None
+    resonance_damping: Annotated[float, msgspec.Meta(gt=0, lt=1)] | None = None
 
 
 class FitTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -104,8 +106,15 @@ def _check_sensor(path: Path, text: str, sensor: SensorTable) -> None:
     if (sensor.impulse_response is None) != (sensor.interval is None):
         place = line_of(text, "interval") if place is None else place
         raise FileError(path, place, f"`{key}` and `interval` need each other", "give both")
-    if sensor.impulse_response is not None and sensor.cutoff is not None:
-        raise FileError(path, place, f"`{key}` and `cutoff` are two low-passes", "give one of them")
+    if sensor.resonance_damping is not None and sensor.resonance is None:
+        place = line_of(text, "resonance_damping")
+        problem = "`resonance_damping` says nothing without `resonance`"
+        raise FileError(path, place, problem, "add `resonance` [Hz]")
+    keys = (key, "cutoff", "resonance")
+    given = [each for each in keys if getattr(sensor, each) is not None]
+    if len(given) > 1:
+        problem = f"`{given[0]}` and `{given[1]}` are two low-passes"
+        raise FileError(path, line_of(text, given[0]), problem, "give one of them")
 
 
 def check_complete(path: Path, text: str, upper: UpperTable, base: BaseTable) -> None:

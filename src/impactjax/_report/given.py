@@ -12,7 +12,7 @@ from impactjax._number_format import interval, with_error, with_unit
 from impactjax._problem.assumptions import Assumption, Rest, assumptions, given_words, rests
 from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
-from impactjax._sensor.low_pass import AbstractLowPass, Butterworth
+from impactjax._sensor.low_pass import AbstractLowPass, Butterworth, Resonance
 
 
 class OwnValue(NamedTuple):
@@ -97,6 +97,8 @@ def taken(fitted: Fitted) -> list[str]:
 def _low_pass(stated: AbstractLowPass | None) -> str:
     if isinstance(stated, Butterworth):
         return f"a Butterworth low-pass of order {stated.order}"
+    if isinstance(stated, Resonance):
+        return "a resonance of the instrument"
     return "no low-pass" if stated is None else "the low-pass that was measured"
 
 

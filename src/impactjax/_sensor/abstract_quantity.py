@@ -46,6 +46,8 @@ class AbstractQuantity(eqx.Module):
     """True if its sensor usually moves with a falling body."""
     is_felt: ClassVar[bool] = False
     """True if it is zero in free fall."""
+    is_force: ClassVar[bool] = False
+    """True for the force of a stop, which only a force law has."""
     density: ClassVar[int] = 1
     """Samples of a trajectory for each recorded one behind a low-pass."""
 
@@ -84,6 +86,10 @@ class AbstractQuantity(eqx.Module):
         """Index pairs of the contacts that appear as pulses: first sample, and first one after."""
         del values
         return []
+
+    def push(self, values: Row, oscillator: AbstractOscillator) -> Row | None:
+        """Acceleration of the coordinate by the stops; `None` if the quantity shows more."""
+        del values, oscillator
 
     def free_fall(self, ts: Row, values: Row, valid: Row) -> tuple[float, float] | None:
         """Begin and end [s] of a free fall and its landing, after the body was held."""

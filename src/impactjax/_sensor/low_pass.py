@@ -2,6 +2,7 @@
 
 import abc
 import math
+from typing import TypeAlias
 
 import equinox as eqx
 import jax
@@ -19,8 +20,10 @@ from impactjax._parameter import (
 from impactjax._shown import with_numbers
 from impactjax._types import AngularFrequency, Samples
 
+Mode: TypeAlias = tuple[Complex[Array, ""], Complex[Array, ""]]  # pole and residue
 Before = tuple[Float[AnyArray, ""], Float[AnyArray, ""]]  # value and rate at the first sample
 
+_LIGHTLY = 0.99  # largest damping of an instrument that rings
 _TERMS = 14  # number of terms of a series with terms below 6 / (j + 4)!
 
 
@@ -48,11 +51,34 @@ class AbstractLowPass(eqx.Module):
     __repr__ = with_numbers
 
 
-class Butterworth(AbstractLowPass):
-    """A Butterworth filter: |H(2π i f)|² = 1 / (1 + (f / cutoff)^(2 order)).
+class AbstractModes(AbstractLowPass):
+    """A filter whose impulse response is a sum of damped exponentials, Re Σ A exp(p t). Each is
+    propagated from sample to sample, exactly for an input that is a cubic polynomial between
+    samples.
+    """
 
-    Its impulse response is a sum of damped exponentials, one for each pole. Each is propagated from
-    sample to sample, exactly for an input that is a cubic polynomial between samples.
+    @abc.abstractmethod
+    def modes(self) -> list[Mode]:
+        """Poles p with Im p ≥ 0, and their residues A [1/s]."""
+
+    def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
+        before = values[0], rates[0]
+        return sum(
+            (jnp.real(a * _mode(p, ts, values, rates, before, 0)) for p, a in self.modes()),
+            jnp.zeros_like(values),
+        )
+
+    def filtered_acceleration(
+        self, ts: Samples, positions: Samples, velocities: Samples, before: Before
+    ) -> Samples:
+        return sum(
+            (jnp.real(a * _mode(p, ts, positions, velocities, before, 2)) for p, a in self.modes()),
+            jnp.zeros_like(positions),
+        )
+
+
+class Butterworth(AbstractModes):
+    """A Butterworth filter: |H(2π i f)|² = 1 / (1 + (f / cutoff)^(2 order)).
 
     **Arguments:**
 
@@ -70,23 +96,39 @@ class Butterworth(AbstractLowPass):
             raise ValueError(f"Argument `order` must be from 1 to 12, but it is {self.order}.")
         raise_if_violated(self, range_requirements(self))
 
-    def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
-        total = jnp.zeros_like(values)
+    def modes(self) -> list[Mode]:
         scale = 2 * math.pi * self.cutoff
-        for pole, residue in _poles_and_residues(self.order):
-            mode = _mode(_times(pole, scale), ts, values, rates, (values[0], rates[0]), 0)
-            total = total + jnp.real(_times(residue, scale) * mode)
-        return total
+        found = _poles_and_residues(self.order)
+        return [(_times(pole, scale), _times(residue, scale)) for pole, residue in found]
 
-    def filtered_acceleration(
-        self, ts: Samples, positions: Samples, velocities: Samples, before: Before
-    ) -> Samples:
-        total = jnp.zeros_like(positions)
-        scale = 2 * math.pi * self.cutoff
-        for pole, residue in _poles_and_residues(self.order):
-            mode = _mode(_times(pole, scale), ts, positions, velocities, before, 2)
-            total = total + jnp.real(_times(residue, scale) * mode)
-        return total
+
+class Resonance(AbstractModes):
+    """An instrument that rings, such as a load cell: H(s) = ω² / (s² + 2 ζ ω s + ω²) with the
+    angular frequency ω = 2π `resonance`.
+
+    **Arguments:**
+
+    - `resonance`: natural frequency without damping [Hz].
+    - `resonance_damping`: damping ratio ζ, below 1 [1].
+    """
+
+    resonance: Float[Array, "..."] = eqx.field(
+        converter=as_parameter, metadata=parameter("Hz", above=0, known=True, fades=True)
+    )
+    resonance_damping: Float[Array, "..."] = eqx.field(
+        converter=as_parameter,
+        metadata=parameter("1", above=0, at_most=_LIGHTLY, known=True),
+        default=0.02,
+    )
+
+    def __check_init__(self) -> None:
+        raise_if_violated(self, range_requirements(self))
+
+    def modes(self) -> list[Mode]:
+        omega, zeta = 2 * math.pi * self.resonance, self.resonance_damping
+        beating = jnp.sqrt(1 - zeta**2)
+        pole = jax.lax.complex(-zeta * omega, beating * omega)
+        return [(pole, jax.lax.complex(jnp.zeros_like(omega), -omega / beating))]
 
 
 def _poles_and_residues(order: int) -> list[tuple[complex, complex]]:

@@ -11,6 +11,7 @@ from impactjax._first_look.coordinate import (
 from impactjax._first_look.hand_release import fall
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.oscillator import AbstractOscillator
+from impactjax._parameter import plain
 from impactjax._sensor.abstract_quantity import (
     AbstractAcceleration,
     AbstractPlace,
@@ -137,6 +138,10 @@ class ProperAcceleration(AbstractPulsed):
     def factor(self, model: ImpactOscillator) -> Float[Array, "..."]:
         return model.oscillator.lever()
 
+    def push(self, values: Row, oscillator: AbstractOscillator) -> Row:
+        del oscillator
+        return values
+
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         return from_pulses(ts, values, oscillator.weight())
 
@@ -158,6 +163,7 @@ class ContactForce(AbstractPulsed):
     shown: ClassVar[str] = "N"
     of_angle: ClassVar[bool | None] = None
     is_carried: ClassVar[bool] = True
+    is_force: ClassVar[bool] = True
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return contact_force(model, trajectory)
@@ -170,9 +176,11 @@ class ContactForce(AbstractPulsed):
         if all(law.is_rigid() for law in laws):
             raise ValueError("No stop of the model has a force law, so there is no contact force.")
 
+    def push(self, values: Row, oscillator: AbstractOscillator) -> Row:
+        return values / float(plain(oscillator.mass) * plain(oscillator.lever()))
+
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
-        inertia = float(oscillator.mass * oscillator.lever())
-        return from_pulses(ts, values / inertia, oscillator.weight())
+        return from_pulses(ts, self.push(values, oscillator), oscillator.weight())
 
     def contacts(self, values: Row) -> list[tuple[int, int]]:
         return pulses(values)

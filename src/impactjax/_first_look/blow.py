@@ -1,0 +1,97 @@
+"""First look at a blow: one impact of a free mass, such as a hammer, recorded by its force alone.
+
+The force does not tell the speed of the approach v, only the impulse m v (1 + r). A search starts
+from a usual restitution r.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from impactjax._first_look.coordinate import pulses
+from impactjax._first_look.first_look import USUAL_RESTITUTION, FirstLook
+from impactjax._model.initial_state import InitialState
+from impactjax._model.oscillator import AbstractOscillator
+
+_RINGS = 3.0  # widths of a pulse within which others are those of a ringing instrument
+_RISE = 0.064  # time from the begin of half a sine wave to a fifth of its maximum, in its durations
+_BEFORE, _AFTER = 1.0, 8.0  # widths of the pulse that are fitted before and after it
+
+_FEW = 32  # samples after a blow that do not tell of ringing
+_RINGS_FOR = 2  # widths of the pulse after it in which an instrument rings
+_SLOW = 3  # periods in these that are too few for ringing
+_CLEAR = 30.0  # ratio of the peak of a spectrum to what is beside it
+
+Pulse = tuple[int, int]  # first sample, and first one after it
+
+
+def blow(values: np.ndarray) -> Pulse | None:
+    """First sample of the pulse of a single blow, and first one after it; `None` if there are more
+    blows, or none.
+    """
+    found = pulses(values)
+    if not found or not values.max() > 0:
+        return None
+    widest = max(end - begin for begin, end in found)
+    if any(begin - end > _RINGS * widest for (_, end), (begin, _) in pairwise(found)):
+        return None
+    return max(found, key=lambda pulse: float(values[pulse[0] : pulse[1]].sum()))
+
+
+def look_at_blow(
+    ts: np.ndarray,
+    accelerations: np.ndarray,
+    pulse: Pulse,
+    oscillator: AbstractOscillator,
+    duration: float,
+) -> FirstLook:
+    """First look at a blow.
+
+    **Arguments:**
+
+    - `ts`, `accelerations`: times [s], and accelerations by the stop [m/s²].
+    - `pulse`: samples of the contact.
+    - `oscillator`: mass that was recorded.
+    - `duration`: duration of the contact [s].
+    """
+    begin, end = pulse
+    touch = float(ts[begin]) - _RISE * duration
+    impulse = float(np.trapezoid(accelerations[begin:end], ts[begin:end]))
+    speed = impulse / (1 + USUAL_RESTITUTION)
+    initial = InitialState(speed * (touch - float(ts[0])), -speed)
+    return FirstLook(
+        oscillator,
+        initial,
+        np.array([speed]),
+        np.array([np.nan]),
+        np.pi / duration,
+        False,
+        np.array([touch]),
+        is_blow=True,
+    )
+
+
+def ringing(values: np.ndarray, pulse: Pulse) -> float | None:
+    """Frequency of an instrument that rings after a blow, relative to the sampling rate: that of
+    the peak in the spectrum of the differences. `None` if none stands out.
+    """
+    begin, end = pulse
+    rest = np.diff(values[end : end + _RINGS_FOR * (end - begin)])
+    if len(rest) < _FEW:
+        return None
+    power = np.abs(np.fft.rfft(rest * np.cos(np.linspace(0, np.pi / 2, len(rest))) ** 2)) ** 2
+    places = np.arange(len(power))
+    peak = int(np.argmax(np.where(places > _SLOW, power, 0.0)))
+    beside = (places > peak / 2) & (places < 2 * peak) & (abs(places - peak) > peak / 4)
+    stands_out = beside.any() and power[peak] > _CLEAR * np.median(power[beside])
+    return peak / len(rest) if stands_out else None
+
+
+def surroundings(ts: np.ndarray, pulse: Pulse) -> tuple[float, float] | None:
+    """Begin and end [s] of a blow with what surrounds it; `None` if the record is no longer."""
+    begin, end = float(ts[pulse[0]]), float(ts[min(pulse[1], len(ts) - 1)])
+    width = end - begin
+    first, last = begin - _BEFORE * width, end + _AFTER * width
+    if first <= ts[0] and last >= ts[-1]:
+        return None
+    return max(first, float(ts[0])), min(last, float(ts[-1]))
