@@ -80,7 +80,7 @@ def likelihoods(estimate: Estimate[P]) -> tuple[Likelihood, ...]:
 
 
 def _likelihood(problem: Problem, residuals: Rows, jacobian: Jacobian) -> Likelihood:
-    n = problem.observations.astype(residuals.dtype)
+    n = jnp.asarray(problem.observations, residuals.dtype)
     sizes = jnp.linalg.norm(jacobian, axis=0)
     scaled = jacobian / jnp.where(sizes > 0, sizes, 1.0)
     directions, *_ = jnp.linalg.svd(scaled, full_matrices=False)

@@ -4,10 +4,12 @@ A record in radians and seconds contains no length and no mass. The value of a p
 kg in its unit then depends on the lever and the mass that turn an angle into a length and a force.
 The impact times of a ball contain a length only through gravity. The unit gives the dependence: a
 parameter in s/m is inversely proportional to an assumed lever, and its product with the lever, in
-s/rad, depends on no assumption.
+s/rad, depends on no assumption. A record in newtons anchors the product of mass and length: with
+twice the mass, all lengths are half as large.
 """
 
 import dataclasses
+import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
@@ -19,6 +21,7 @@ from impactjax._problem.parameters import Handle, handles
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._sensor.system import System
 
+_ROUNDING = 1e-9  # exponent that counts as zero
 _SCALES = ("m", "kg")  # base units that may be missing in a record; time is always measured
 
 
@@ -95,8 +98,9 @@ def rests(
 ) -> dict[str, Rest]:
     """The dependence of each fitted parameter on the assumptions, without those that have none.
 
-    If the record or a stated value fixes the same base unit, values are no longer proportional to
-    powers of the assumption, and no product of them is free of it.
+    Changed base units make up for another assumed value, if the record and the values that are
+    stated stay as they are. If there is no such change, values are no longer proportional to powers
+    of the assumption, and no product of them is free of it.
     """
     known = handles(system)
     found = {name: _dimensions_of(name, known, system) for name in known}
@@ -104,7 +108,6 @@ def rests(
     gain_is_free = "gain" in names
     if gain_is_free:  # the record's values are then known only up to the factor `gain`
         found |= {"gain": times({}, record, -1.0), "offset": {}, "drift": {}}
-    setters = {scale: each for scale in _SCALES for each in assumed if scale in _own(each)}
     anchors = [] if gain_is_free else [record]
     taken = {*names, *(each.name for each in assumed)}
     anchors += [
@@ -112,11 +115,34 @@ def rests(
         for name, handle in known.items()
         if name not in taken and float(np.asarray(handle.get(system))) != 0
     ]
-    firm = {scale for scale in setters for each in anchors if each is None or scale in each}
+    changes = _changes(assumed, anchors)
     angle = system.model.oscillator.is_angle()
     units = {**found, "gain": Dimensions()}
-    each = {name: _rest(found[name], units[name], setters, firm, angle) for name in names}
+    each = {name: _rest(found[name], units[name], assumed, changes, angle) for name in names}
     return {name: rest for name, rest in each.items() if rest.on}
+
+
+def _changes(
+    assumed: Collection[Assumption], anchors: Collection[Dimensions | None]
+) -> dict[str, np.ndarray | None]:
+    """Relative change of the missing base units that makes up for one of each assumed value, by its
+    name. It leaves the other assumed values and all anchors, which are measured or stated, as they
+    are; `None` if there is no such change.
+    """
+    fixed = [_row(each) for each in anchors if each is not None]
+    rows = np.array([*fixed, *(_row(_own(each)) for each in assumed)]).reshape(-1, len(_SCALES))
+    found: dict[str, np.ndarray | None] = {}
+    for i, each in enumerate(assumed):
+        wanted = np.zeros(len(rows))
+        wanted[len(fixed) + i] = 1.0
+        change = np.linalg.lstsq(rows, wanted)[0]
+        exact = np.allclose(rows @ change, wanted) and None not in anchors
+        found[each.name] = change if exact else None
+    return found
+
+
+def _row(own: Dimensions) -> list[float]:
+    return [own.get(scale, 0.0) for scale in _SCALES]
 
 
 def given_words(rest: Rest | None) -> str:
@@ -127,24 +153,27 @@ def given_words(rest: Rest | None) -> str:
 def _rest(
     own: Dimensions | None,
     unit: Dimensions | None,
-    setters: Mapping[str, Assumption],
-    firm: set[str],
+    assumed: Collection[Assumption],
+    changes: Mapping[str, np.ndarray | None],
     angle: bool,
 ) -> Rest:
     if own is None or unit is None:
-        return Rest(tuple(each.name for each in setters.values()), None, "")
-    on = {s: each for s, each in setters.items() if s in firm or s in own}
-    names = tuple(each.name for each in on.values())
-    if firm & on.keys():
-        return Rest(names, None, "")
-    powers, left = {}, unit
-    for scale, each in on.items():
+        return Rest(tuple(each.name for each in assumed), None, "")
+    powers: dict[str, float] = {}
+    on, left, proportional = [], unit, True
+    for each in assumed:
+        change = changes[each.name]
+        exponent = math.nan if change is None else float(np.dot(_row(own), change))
+        if abs(exponent) < _ROUNDING:
+            continue
+        on.append(each.name)
+        proportional &= change is not None
         measure = _own(each)
-        if angle and scale == "m":
+        if angle and "m" in measure:
             measure = times(measure, {"rad": 1.0}, -1.0)
-        powers[each.name] = own[scale]
-        left = times(left, measure, -own[scale])
-    return Rest(names, powers, unit_of(left))
+        powers[each.name] = exponent
+        left = times(left, measure, -exponent)
+    return Rest(tuple(on), powers, unit_of(left)) if proportional else Rest(tuple(on), None, "")
 
 
 def _own(assumption: Assumption) -> Dimensions:
