@@ -17,6 +17,7 @@ from impactjax._sensor.low_pass import Butterworth, Resonance
 
 _BENT = 0.04  # departure of a restoring force from proportionality by which a record tells its gain
 _RESONANCE = ("resonance", "resonance_damping")
+_RINGS, _DAMPING = 2.0, 0.5  # first resonance, relative to the usual cutoff, and its damping
 _FEW = 50  # samples that do not tell of a low-pass beside all else
 _START = 0.1  # first cutoff, relative to the sampling rate
 
@@ -39,17 +40,16 @@ def with_unstated_sensor(recording: AbstractRecording, setup: Setup, said: set[s
 
 def with_unstated_instrument(recording: AbstractRecording, setup: Setup, said: set[str]) -> Setup:
     """The setup in which zero and resonance of the instrument that records a blow are fitted, those
-    that nobody stated; a low-pass if it does not ring. Arguments are those of
-    `with_unstated_sensor`.
+    that nobody stated. Arguments are those of `with_unstated_sensor`.
     """
     if "offset" not in said:
         setup = setup._replace(free=(*dict.fromkeys([*setup.free, "offset"]),))
-    if setup.sensor.low_pass is not None or said & {"cutoff", *_RESONANCE}:
+    few = len(recording.axis[0]) < _FEW
+    if few or setup.sensor.low_pass is not None or said & {"cutoff", *_RESONANCE}:
         return setup
-    seen = recording.ringing()
-    if seen is None:
-        return _with_low_pass(recording, setup, said)
-    return _ringing(setup, seen)._replace(free=(*setup.free, *_RESONANCE))
+    low_pass = Resonance(_RINGS * _usual_cutoff(recording), _DAMPING)
+    setup = setup._replace(sensor=dataclasses.replace(setup.sensor, low_pass=low_pass))
+    return setup._replace(free=(*setup.free, *_RESONANCE))
 
 
 def with_named_low_pass(recording: AbstractRecording, setup: Setup) -> Setup:
@@ -58,8 +58,8 @@ def with_named_low_pass(recording: AbstractRecording, setup: Setup) -> Setup:
     """
     values = {**setup.start, **setup.fixed}
     if "resonance" in {*values, *setup.free} and setup.sensor.low_pass is None:
-        seen = recording.ringing() or _usual_cutoff(recording)
-        return _ringing(setup, values.get("resonance", seen))
+        low_pass = Resonance(values.get("resonance", _RINGS * _usual_cutoff(recording)), _DAMPING)
+        return setup._replace(sensor=dataclasses.replace(setup.sensor, low_pass=low_pass))
     if "cutoff" not in {*values, *setup.held, *setup.free}:
         return setup
     unknown = "cutoff" in setup.held and setup.sensor.low_pass is None
@@ -93,11 +93,6 @@ def _usual_cutoff(recording: AbstractRecording) -> float:
 
 def _filtered(setup: Setup, cutoff: float) -> Setup:
     low_pass = Butterworth(cutoff, order=setup.order)
-    return setup._replace(sensor=dataclasses.replace(setup.sensor, low_pass=low_pass))
-
-
-def _ringing(setup: Setup, frequency: float) -> Setup:
-    low_pass = Resonance(frequency)
     return setup._replace(sensor=dataclasses.replace(setup.sensor, low_pass=low_pass))
 
 

@@ -17,10 +17,6 @@ _RINGS = 3.0  # widths of a pulse within which others are those of a ringing ins
 _RISE = 0.064  # time from the begin of half a sine wave to a fifth of its maximum, in its durations
 _BEFORE, _AFTER = 1.0, 8.0  # widths of the pulse that are fitted before and after it
 
-_FEW = 32  # samples after a blow that do not tell of ringing
-_RINGS_FOR = 2  # widths of the pulse after it in which an instrument rings
-_SLOW = 3  # periods in these that are too few for ringing
-_CLEAR = 30.0  # ratio of the peak of a spectrum to what is beside it
 
 Pulse = tuple[int, int]  # first sample, and first one after it
 
@@ -69,22 +65,6 @@ def look_at_blow(
         np.array([touch]),
         is_blow=True,
     )
-
-
-def ringing(values: np.ndarray, pulse: Pulse) -> float | None:
-    """Frequency of an instrument that rings after a blow, relative to the sampling rate: that of
-    the peak in the spectrum of the differences. `None` if none stands out.
-    """
-    begin, end = pulse
-    rest = np.diff(values[end : end + _RINGS_FOR * (end - begin)])
-    if len(rest) < _FEW:
-        return None
-    power = np.abs(np.fft.rfft(rest * np.cos(np.linspace(0, np.pi / 2, len(rest))) ** 2)) ** 2
-    places = np.arange(len(power))
-    peak = int(np.argmax(np.where(places > _SLOW, power, 0.0)))
-    beside = (places > peak / 2) & (places < 2 * peak) & (abs(places - peak) > peak / 4)
-    stands_out = beside.any() and power[peak] > _CLEAR * np.median(power[beside])
-    return peak / len(rest) if stands_out else None
 
 
 def surroundings(ts: np.ndarray, pulse: Pulse) -> tuple[float, float] | None:

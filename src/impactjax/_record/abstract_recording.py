@@ -1,6 +1,7 @@
 """The interface of recordings: observations of a motion."""
 
 import abc
+from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 import equinox as eqx
@@ -204,9 +205,14 @@ class AbstractRecording(eqx.Module):
         what surrounds it; `None` if it is the whole.
         """
 
-    @abc.abstractmethod
-    def ringing(self) -> float | None:
-        """Frequency of an instrument that rings after a blow [Hz]; `None` if none does."""
+    def touches(
+        self, names: Sequence[str], values: Float[np.ndarray, " parameters"]
+    ) -> Float[np.ndarray, "starts parameters"]:
+        """Values of parameters from which searches should start that could not move a touch past a
+        sample: a force that jumps there makes a minimum on each side of it.
+        """
+        del names
+        return values[None]
 
     @property
     def observations(self) -> Int[AnyArray, "..."]:

@@ -196,9 +196,6 @@ class ImpactTimes(AbstractRecording):
         """`None`: the motion between impacts is always free."""
         del look
 
-    def ringing(self) -> None:
-        """`None`: times show no instrument."""
-
     def __repr__(self) -> str:
         if not is_known(self):
             return eqx.tree_pformat(self)

@@ -21,6 +21,7 @@ from impactjax._shown import with_numbers
 from impactjax._types import AngularFrequency, Samples
 
 Mode: TypeAlias = tuple[Complex[Array, ""], Complex[Array, ""]]  # pole and residue
+Pieces: TypeAlias = tuple[Float[Array, " intervals"], ...]
 Before = tuple[Float[AnyArray, ""], Float[AnyArray, ""]]  # value and rate at the first sample
 
 _LIGHTLY = 0.99  # largest damping of an instrument that rings
@@ -62,19 +63,16 @@ class AbstractModes(AbstractLowPass):
         """Poles p with Im p ≥ 0, and their residues A [1/s]."""
 
     def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
-        before = values[0], rates[0]
-        return sum(
-            (jnp.real(a * _mode(p, ts, values, rates, before, 0)) for p, a in self.modes()),
-            jnp.zeros_like(values),
-        )
+        return self._response(ts, _cubic(ts, values, rates), (values[0], rates[0]))
 
     def filtered_acceleration(
         self, ts: Samples, positions: Samples, velocities: Samples, before: Before
     ) -> Samples:
-        return sum(
-            (jnp.real(a * _mode(p, ts, positions, velocities, before, 2)) for p, a in self.modes()),
-            jnp.zeros_like(positions),
-        )
+        return self._response(ts, _curvature(ts, positions, velocities), before)
+
+    def _response(self, ts: Samples, pieces: Pieces, before: Before) -> Samples:
+        each = (jnp.real(a * _mode(p, ts, pieces, before)) for p, a in self.modes())
+        return sum(each, jnp.zeros_like(ts))
 
 
 class Butterworth(AbstractModes):
@@ -149,31 +147,35 @@ def _times(constant: complex, scale: AngularFrequency) -> Complex[Array, "..."]:
     return jax.lax.complex(constant.real * scale, constant.imag * scale)
 
 
-def _mode(
-    pole: Complex[Array, ""],
-    ts: Samples,
-    values: Samples,
-    rates: Samples,
-    before: Before,
-    derivative: int,
-) -> Complex[Array, " samples"]:
-    """Response m = ∫ exp(p (t − τ)) x⁽ⁿ⁾(τ) dτ at the samples, to the n-th derivative of an x that
-    is a cubic between samples, where x⁽ⁿ⁾ was linear before the first.
-
-    By partial integration it is m for n = 0, and ẋ + p x + p² m for n = 2, where no derivative of
-    the cubic is taken.
-    """
-    ts, values, rates = (x.astype(pole.dtype) for x in (ts, values, rates))
-    h = jnp.diff(ts)
-    rise = jnp.diff(values)
+def _cubic(ts: Samples, values: Samples, rates: Samples) -> Pieces:
+    """Coefficients of the cubic between samples."""
+    h, rise = jnp.diff(ts), jnp.diff(values)
     start, end = rates[:-1] * h, rates[1:] * h
-    cubic = (values[:-1], start, 3 * rise - 2 * start - end, start + end - 2 * rise)
-    decay = jnp.exp(pole * h)
-    gain = sum(a * moment for a, moment in zip(cubic, _moments(pole * h), strict=True))
+    return values[:-1], start, 3 * rise - 2 * start - end, start + end - 2 * rise
+
+
+def _curvature(ts: Samples, values: Samples, rates: Samples) -> Pieces:
+    """Coefficients of the second derivative of the cubic between samples."""
+    _, _, second, third = _cubic(ts, values, rates)
+    h = jnp.diff(ts)
+    return 2 * second / h**2, 6 * third / h**2
+
+
+def _mode(
+    pole: Complex[Array, ""], ts: Samples, pieces: Pieces, before: Before
+) -> Complex[Array, " samples"]:
+    """Response m = ∫ exp(p (t − τ)) x(τ) dτ at the samples, to an x that is a polynomial between
+    samples, and was linear before the first.
+
+    **Arguments:**
+
+    - `pieces`: its coefficients, for the time since a sample relative to the interval.
+    """
+    h = jnp.diff(ts).astype(pole.dtype)
     value, rate = (x.astype(pole.dtype) for x in before)
     first = -value / pole - rate / pole**2
-    if derivative == 2:
-        first = (first - rates[0] - pole * values[0]) / pole**2
+    decay, moments = jnp.exp(pole * h), _moments(pole * h)
+    gain = sum(a.astype(pole.dtype) * moment for a, moment in zip(pieces, moments, strict=False))
 
     def carried(mode: Complex[Array, ""], interval: tuple[Array, Array]) -> tuple[Array, Array]:
         decay, gain = interval
@@ -182,8 +184,7 @@ def _mode(
 
     # A sequential scan: an associative one takes 3 to 50 times as long on a CPU.
     _, modes = jax.lax.scan(carried, first, (decay, gain * h))
-    response = jnp.concatenate([first[None], modes])
-    return response if derivative == 0 else rates + pole * (values + pole * response)
+    return jnp.concatenate([first[None], modes])
 
 
 def _moments(z: Complex[Array, " intervals"]) -> list[Complex[Array, " intervals"]]:
