@@ -13,12 +13,10 @@ from impactjax._compare.comparison import Fitted
 from impactjax._compare.nested import in_stages, special_case
 from impactjax._compare.ranking import best_first
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.faded import with_faded
 from impactjax._fit.fit import best_from, scattered
 from impactjax._fit.profile import profiled_by
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
-from impactjax._fit.uncertainty import holding_both
 from impactjax._fit.verdict import Verdict
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._outcome import Outcome
@@ -43,15 +41,9 @@ class Settings(NamedTuple):
     each: Each
 
     def profiled(self, fitted: Fitted) -> Fitted:
-        """The fit with intervals from the profile likelihood, which hold those without a low-pass
-        that the record does not show. A recorded force may jump where the mass touches the stop,
-        which a profile does not pass: then they also hold those in linear approximation.
-        """
+        """The fit with intervals from the profile likelihood."""
         begin = time.perf_counter()
         estimate = profiled_by(self.search, fitted.estimate, self.optimiser)
-        if estimate.problem.recording.needs_force_law:
-            estimate = holding_both(estimate, fitted.estimate)
-        estimate = with_faded(estimate, self.search, self.optimiser)
         seconds = fitted.seconds + time.perf_counter() - begin
         return fitted._replace(estimate=estimate, seconds=seconds)
 

@@ -106,7 +106,7 @@ def best_from(
         places = _with_faded(problem, best.u)
         moves = np.ones(places.shape, bool)
         close = Searches(places, moves, whole)
-        last = lowest(search.minima(problem, closely(optimiser), close))
+        last = lowest(search.minima(problem, _closely(optimiser), close))
         last = jax.tree.map(lambda x: x[None], last)
         last = last._replace(iterations=last.iterations + best.iterations)
         costs = namespace(costs).where(costs == best.cost, last.cost, costs)
@@ -116,7 +116,7 @@ def best_from(
     if problem.weighs_anew:
         problem = problem.weighed(noise_variance(estimate))
         moves = np.ones((1, len(problem.names)), bool)
-        again = search.minima(problem, closely(optimiser), Searches(best.u[None], moves, whole))
+        again = search.minima(problem, _closely(optimiser), Searches(best.u[None], moves, whole))
         again = again._replace(iterations=again.iterations + best.iterations)
         costs = costs + (again.cost - best.cost)  # the lowest one stays that of the estimate
         estimate = summarise(problem, search.best_of(problem, again, parts), costs)
@@ -132,7 +132,7 @@ def _with_faded(problem: AbstractProblem, u: Vector) -> Lanes:
     return xp.stack([u, xp.where(fades, vanished, u)])
 
 
-def closely(optimiser: LevenbergMarquardt) -> LevenbergMarquardt:
+def _closely(optimiser: LevenbergMarquardt) -> LevenbergMarquardt:
     """Settings of searches that start close to the minimum."""
     return dataclasses.replace(optimiser, damping=_CLOSE * optimiser.damping)
 

@@ -1,7 +1,6 @@
 """The interface of recordings: observations of a motion."""
 
 import abc
-from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 import equinox as eqx
@@ -204,15 +203,6 @@ class AbstractRecording(eqx.Module):
         """The part that the model describes: the motion after a hand let go, or a single blow and
         what surrounds it; `None` if it is the whole.
         """
-
-    def touches(
-        self, names: Sequence[str], values: Float[np.ndarray, " parameters"]
-    ) -> Float[np.ndarray, "starts parameters"]:
-        """Values of parameters from which searches should start that could not move a touch past a
-        sample: a force that jumps there makes a minimum on each side of it.
-        """
-        del names
-        return values[None]
 
     @property
     def observations(self) -> Int[AnyArray, "..."]:

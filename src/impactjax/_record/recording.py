@@ -1,11 +1,8 @@
 """Recording of a quantity sampled in time."""
 
-from collections.abc import Sequence
-
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from impactjax._first_look.blow import Pulse, blow, look_at_blow, surroundings
 from impactjax._first_look.first_look import FirstLook, look_at_motion
@@ -39,7 +36,6 @@ from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Flag, Numbers, Samples
 
-_SHIFTS = (0.0, -1.0, -0.5, 0.5, 1.0)  # of a touch, in samples
 _PADDING = 0.02  # spacing of padding samples, relative to that of the others
 
 
@@ -239,16 +235,6 @@ class Recording(AbstractRecording):
             places = self.quantity.coordinate(*self._without_gaps(), look.oscillator)
             found = release(ts, places, valid, look)
         return _part(found, "A hand seems to hold or push at first", self.quantity.is_felt)
-
-    def touches(
-        self, names: Sequence[str], values: Float[np.ndarray, " parameters"]
-    ) -> Float[np.ndarray, "starts parameters"]:
-        if not self.quantity.is_force or not {"x0", "x_dot0"} <= {*names}:
-            return values[None]
-        interval = float(np.median(np.diff(np.asarray(self.ts))))
-        moved = np.zeros((len(_SHIFTS), len(names)))
-        moved[:, names.index("x0")] = np.array(_SHIFTS) * interval * values[names.index("x_dot0")]
-        return values + moved
 
     def _blow(self, oscillator: AbstractOscillator) -> tuple[np.ndarray, Pulse] | None:
         """Accelerations by the stop and samples of the contact, if the record is that of a single

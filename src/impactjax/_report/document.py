@@ -52,9 +52,9 @@ def document(
 
 
 def _measured(comparison: Comparison) -> dict[str, Any] | None:
-    """Restitution of each impact, from peaks or flights and without any law."""
+    """Restitution of each impact, from peaks or flights and without any law; null for a blow."""
     look = comparison.first_look
-    return None if look is None else _table(look.speeds, look.restitutions)
+    return None if look is None or look.is_blow else _table(look.speeds, look.restitutions)
 
 
 def _table(speeds: np.ndarray, restitutions: np.ndarray) -> dict[str, Any]:

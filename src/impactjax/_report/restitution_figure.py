@@ -39,7 +39,7 @@ def plot_restitution(ax: "Axes", fits: Sequence[Fitted], look: FirstLook | None 
         raise TypeError("Argument `fits` must be the fits of a comparison, `compare(...).fits`.")
     for each in fits:
         check_kind("fits", each, Fitted, "compare(prepare(file)).fits[0]")
-    if look is not None and look.speeds.size:
+    if look is not None and look.speeds.size and not look.is_blow:
         style = {"marker": "s", "markersize": 6, "linestyle": "", "markerfacecolor": "none"}
         ax.plot(look.speeds, look.restitutions, color=RECORDED, label="measured", **style)
     speeds = speeds_of(fits)
