@@ -57,9 +57,12 @@ def with_named_low_pass(recording: AbstractRecording, setup: Setup) -> Setup:
     has none if the cutoff is infinite, or held without a value. Likewise with a resonance.
     """
     values = {**setup.start, **setup.fixed}
-    if "resonance" in {*values, *setup.free} and setup.sensor.low_pass is None:
+    named = {*values, *setup.held, *setup.free} & {*_RESONANCE}
+    if named and setup.sensor.low_pass is None:
         low_pass = Resonance(values.get("resonance", _RINGS * _usual_cutoff(recording)), _DAMPING)
-        return setup._replace(sensor=dataclasses.replace(setup.sensor, low_pass=low_pass))
+        free = () if "resonance" in named else ("resonance",)
+        sensor = dataclasses.replace(setup.sensor, low_pass=low_pass)
+        return setup._replace(sensor=sensor, free=(*setup.free, *free))
     if "cutoff" not in {*values, *setup.held, *setup.free}:
         return setup
     unknown = "cutoff" in setup.held and setup.sensor.low_pass is None

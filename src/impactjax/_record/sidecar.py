@@ -52,7 +52,7 @@ class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
     impulse_response: Annotated[list[Finite], msgspec.Meta(min_length=2)] | None = None
     interval: Positive | None = None
     resonance: Positive | None = None
-    resonance_damping: Annotated[float, msgspec.Meta(gt=0, lt=1)] | None = None
+    resonance_damping: Annotated[float, msgspec.Meta(gt=0, le=0.99)] | None = None
 
 
 class FitTable(msgspec.Struct, forbid_unknown_fields=True):

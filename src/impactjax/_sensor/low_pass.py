@@ -107,7 +107,7 @@ class Resonance(AbstractModes):
     **Arguments:**
 
     - `resonance`: natural frequency without damping [Hz].
-    - `resonance_damping`: damping ratio ζ, below 1 [1].
+    - `resonance_damping`: damping ratio ζ, at most 0.99 [1].
     """
 
     resonance: Float[Array, "..."] = eqx.field(
