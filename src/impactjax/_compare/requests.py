@@ -34,11 +34,12 @@ def check_requests(
     values = {**setup.start, **setup.fixed}
     for name in asked:
         own = None if file is None or name in arguments else file
-        written = name in values or own is None
+        written = name in values or name in setup.priors or own is None
         with refused_in_sidecar(own, name if written else "free"):
             check_known(name, known)
             if name in setup.free and name in {*setup.fixed, *setup.held}:
-                raise ValueError(f"`{name}` is in both `free` and `fixed`.")
+                table = "priors" if name in setup.priors else "free"
+                raise ValueError(f"`{name}` is in both `{table}` and `fixed`.")
             if name == "t0" and name in setup.start:
                 sentence = "`t0` cannot be started elsewhere: a search starts at the first impact."
                 raise ValueError(sentence)

@@ -87,7 +87,8 @@ def survey(
         recording, notes = _without_outliers(record)
         name, chosen, told = "recording", False, set()
         setup = Setup(oscillator or OSCILLATORS[record.usual_oscillator](), Sensor(), laws=laws)
-    setup = _with_arguments(setup, sensor, fixed, start, free)._replace(priors=priors)
+    own = {name: prior for name, prior in setup.priors.items() if name not in fixed}
+    setup = _with_arguments(setup, sensor, fixed, start, free)._replace(priors={**own, **priors})
     setup = with_named_low_pass(recording, setup)
     arguments = {*fixed, *start, *free}
     told |= arguments | ({*WHERE, "cutoff"} if sensor is not None else set())
@@ -112,7 +113,8 @@ def _told(file: RecordingFile, setup: Setup) -> set[str]:
     """Names of the parameters that the sidecar mentions."""
     sidecar = file.sidecar
     filtered = set() if sidecar.sensor.cutoff is None else {"cutoff"}
-    return filtered | {*sidecar.start, *sidecar.fixed, *sidecar.fit.free, *setup.held}
+    named = {*sidecar.start, *sidecar.fixed, *sidecar.priors, *sidecar.fit.free}
+    return filtered | named | {*setup.held}
 
 
 def _with_arguments(

@@ -77,13 +77,16 @@ class ReadTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Sidecar(msgspec.Struct, forbid_unknown_fields=True):
-    """All tables of a sidecar. [truth] is for readers of the file; the package ignores it."""
+    """All tables of a sidecar. [priors] has values with their standard errors. The package ignores
+    [truth], which is for readers of the file.
+    """
 
     system: SystemTable = msgspec.field(default_factory=SystemTable)
     upper: UpperTable = msgspec.field(default_factory=UpperTable)
     base: BaseTable = msgspec.field(default_factory=BaseTable)
     fixed: dict[str, Finite] = msgspec.field(default_factory=dict)
     start: dict[str, Finite] = msgspec.field(default_factory=dict)
+    priors: dict[str, tuple[Finite, Positive]] = msgspec.field(default_factory=dict)
     sensor: SensorTable = msgspec.field(default_factory=SensorTable)
     fit: FitTable = msgspec.field(default_factory=FitTable)
     read: ReadTable = msgspec.field(default_factory=ReadTable)
