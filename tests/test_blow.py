@@ -73,6 +73,18 @@ def test_blow_behind_a_load_cell_that_rings():
     agrees(best.estimate, CONTACT | instrument)
 
 
+@pytest.mark.parametrize("gain", [-1.0, -1e-3])
+def test_force_of_a_cell_that_counts_pressure_as_negative(gain):
+    turned = ij.Recording(TS, gain * (values() - 2.0), ij.ContactForce())
+    prepared = ij.prepare(turned, laws=["kelvin-voigt"])
+    assert prepared.first_look.is_blow
+    assert any("its sign is turned" in note for note in prepared.notes)
+    shown = np.asarray(prepared.experiments["kelvin-voigt"].recording.values)
+    assert shown.max() == pytest.approx(abs(gain) * (values() - 2.0).max())
+    kept = ij.prepare(turned, laws=["kelvin-voigt"], fixed={"gain": 1.0})
+    assert not any("its sign is turned" in note for note in kept.notes)
+
+
 def test_instrument_that_is_stated_is_not_fitted():
     stated = {"resonance": 5000.0, "resonance_damping": 0.05}
     for fixed in (stated, {"cutoff": math.inf}, {"cutoff": 4000.0}):

@@ -27,6 +27,8 @@ def adjusted(
     - `notes`: list to which a sentence on each change is appended.
     """
     look = _look(recording, setup)
+    if recording.needs_force_law and "gain" not in said:
+        recording, look = _pushing(recording, look, setup, notes)
     if recording.shows_place:
         if not said & {*WHERE, "theta0", "x0"}:
             recording, look = _turned(recording, look, setup, notes)
@@ -48,6 +50,21 @@ def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:
     oscillator = with_known(setup.oscillator, given)
     gap = given.get("gap", given.get("lower_gap", 0.0))
     return recording.first_look(oscillator, gap, known)
+
+
+def _pushing(
+    recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
+) -> tuple[AbstractRecording, FirstLook]:
+    """The recorded force, with the opposite sign if it is negative in a contact."""
+    lowest, highest = recording.span()
+    if highest >= _BEYOND * abs(lowest):
+        return recording, look
+    notes.append(
+        "The force is negative in a contact, so its sign is turned: a stop pushes with a positive "
+        "force (`gain = 1` under [sensor] keeps the sign)."
+    )
+    turned = recording.turned()
+    return turned, _look(turned, setup)
 
 
 def _turned(

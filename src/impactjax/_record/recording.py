@@ -90,7 +90,7 @@ class Recording(AbstractRecording):
 
     @property
     def usual_oscillator(self) -> str:
-        if self.quantity.is_force and blow(self._without_gaps()[1]) is not None:
+        if self.quantity.is_force and self._is_blow():
             return "free-mass"
         if self.quantity.is_carried:
             return "bouncing-ball"
@@ -235,6 +235,12 @@ class Recording(AbstractRecording):
             places = self.quantity.coordinate(*self._without_gaps(), look.oscillator)
             found = release(ts, places, valid, look)
         return _part(found, "A hand seems to hold or push at first", self.quantity.is_felt)
+
+    def _is_blow(self) -> bool:
+        """True for a single pulse, whatever the sign of the record."""
+        _, values = self._without_gaps()
+        pushed = values if values.max() >= -values.min() else -values
+        return blow(pushed) is not None
 
     def _blow(self, oscillator: AbstractOscillator) -> tuple[np.ndarray, Pulse] | None:
         """Accelerations by the stop and samples of the contact, if the record is that of a single
