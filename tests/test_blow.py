@@ -61,6 +61,7 @@ def agrees(estimate, truths):
         assert found.value == pytest.approx(truth, rel=0.02), name
 
 
+BEST = "kelvin-voigt without pull"
 CONTACT = {"omega0": OMEGA0, "gamma": GAMMA, "x_dot0": -SPEED}
 
 
@@ -68,9 +69,22 @@ def test_blow_behind_a_load_cell_that_rings():
     prepared = ij.prepare(recording(RESONANCE), laws=["kelvin-voigt"], fixed={"mass": MASS})
     assert isinstance(prepared.experiments["kelvin-voigt"].model.oscillator, ij.FreeMass)
     best = ij.compare(prepared, starts=ij.Starts(4)).best
-    assert best.name == "kelvin-voigt without pull"
+    assert best.name == BEST
     instrument = {"resonance": RESONANCE, "resonance_damping": DAMPING, "offset": 2.0}
     agrees(best.estimate, CONTACT | instrument)
+
+
+def test_blow_of_an_accelerometer(tmp_path):
+    """In g, with the resonance of its mounting; a swing that hits a stop is no blow."""
+    shown = values(RESONANCE) / MASS / 9.80665
+    path = record_file(tmp_path / "a.csv", "Acceleration (g)", TS, shown)
+    prepared = ij.prepare(path)
+    assert {*prepared.experiments} == {"kelvin-voigt", BEST, "hunt-crossley"}
+    best = ij.fit(prepared.experiments[BEST], starts=ij.Starts(4))
+    agrees(best, CONTACT | {"resonance": RESONANCE, "resonance_damping": DAMPING})
+    swing = 300.0 * np.sin(80.0 * TS)
+    with_swing = ij.Recording(TS, forces() / MASS + swing, ij.Acceleration())
+    assert not ij.prepare(with_swing).first_look.is_blow
 
 
 @pytest.mark.parametrize("gain", [-1.0, -1e-3])
@@ -79,7 +93,9 @@ def test_force_of_a_cell_that_counts_pressure_as_negative(gain):
     prepared = ij.prepare(turned, laws=["kelvin-voigt"])
     assert prepared.first_look.is_blow
     assert any("its sign is turned" in note for note in prepared.notes)
-    shown = np.asarray(prepared.experiments["kelvin-voigt"].recording.values)
+    record = prepared.experiments["kelvin-voigt"].recording
+    assert isinstance(record, ij.Recording)
+    shown = np.asarray(record.values)
     assert shown.max() == pytest.approx(abs(gain) * (values() - 2.0).max())
     kept = ij.prepare(turned, laws=["kelvin-voigt"], fixed={"gain": 1.0})
     assert not any("its sign is turned" in note for note in kept.notes)
@@ -104,7 +120,7 @@ def test_force_tells_frequency_and_momentum_but_not_the_mass():
     stated = {"resonance": RESONANCE, "resonance_damping": DAMPING}
     prepared = ij.prepare(recording(RESONANCE), laws=["kelvin-voigt"], fixed=stated)
     assert any("one blow" in note for note in prepared.notes)
-    found = ij.fit(prepared.experiments["kelvin-voigt without pull"])
+    found = ij.fit(prepared.experiments[BEST])
     lines = str(found).splitlines()
     given = {line.split(" ")[0] for line in lines if "given mass" in line}
     assert given == {"x0", "x_dot0"}
@@ -120,7 +136,7 @@ def test_usual_laws_of_a_force_are_force_laws(tmp_path):
     assert done.status == 0, done.stderr
     fits = json.loads((tmp_path / "out" / "fit.json").read_text())["fits"]
     assert {each["law"].split(" ")[0] for each in fits} == {"kelvin-voigt", "hunt-crossley"}
-    assert fits[0]["law"] == "kelvin-voigt without pull"
+    assert fits[0]["law"] == BEST
     assert "one blow" in done.stdout
     assert "impulse is that of an approach" in done.stdout
 

@@ -158,7 +158,7 @@ def _usual_laws(recording: AbstractRecording, look: FirstLook) -> Sequence[Law]:
     free = look.swings_freely and look.elsewhere is None and not recording.observes_impacts
     if free:
         return [NO_LAW]
-    return USUAL_FORCE_LAWS if recording.needs_force_law else USUAL_LAWS
+    return USUAL_FORCE_LAWS if look.is_blow or recording.needs_force_law else USUAL_LAWS
 
 
 def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:

@@ -14,6 +14,7 @@ from impactjax._model.initial_state import InitialState
 from impactjax._model.oscillator import AbstractOscillator
 
 _RINGS = 3.0  # widths of a pulse within which others are those of a ringing instrument
+_MOST, _FLAT = (5, 95), 0.1  # percentiles of a flat record, and their distance over the maximum
 _RISE = 0.064  # time from the begin of half a sine wave to a fifth of its maximum, in its durations
 _BEFORE, _AFTER = 1.0, 8.0  # widths of the pulse that are fitted before and after it
 
@@ -23,7 +24,7 @@ Pulse = tuple[int, int]  # first sample, and first one after it
 
 def blow(values: np.ndarray) -> Pulse | None:
     """First sample of the pulse of a single blow, and first one after it; `None` if there are more
-    blows, or none.
+    blows, or none, or if the record is not flat beside it.
     """
     found = pulses(values)
     if not found or not values.max() > 0:
@@ -31,7 +32,11 @@ def blow(values: np.ndarray) -> Pulse | None:
     widest = max(end - begin for begin, end in found)
     if any(begin - end > _RINGS * widest for (_, end), (begin, _) in pairwise(found)):
         return None
-    return max(found, key=lambda pulse: float(values[pulse[0] : pulse[1]].sum()))
+    begin, end = max(found, key=lambda pulse: float(values[pulse[0] : pulse[1]].sum()))
+    away = np.arange(len(values))
+    beside = values[(away < begin - widest) | (away > end + _RINGS * widest)]
+    flat = not beside.size or np.ptp(np.percentile(beside, _MOST)) < _FLAT * values.max()
+    return (begin, end) if flat else None
 
 
 def look_at_blow(

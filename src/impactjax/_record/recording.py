@@ -90,7 +90,7 @@ class Recording(AbstractRecording):
 
     @property
     def usual_oscillator(self) -> str:
-        if self.quantity.is_force and self._is_blow():
+        if self.quantity.shows_blows and self._is_blow():
             return "free-mass"
         if self.quantity.is_carried:
             return "bouncing-ball"

@@ -46,6 +46,8 @@ class AbstractQuantity(eqx.Module):
     """True if its sensor usually moves with a falling body."""
     is_felt: ClassVar[bool] = False
     """True if it is zero in free fall."""
+    shows_blows: ClassVar[bool] = False
+    """True if a record with a single pulse is usually that of a blow."""
     is_force: ClassVar[bool] = False
     """True for the force of a stop, which only a force law has."""
     density: ClassVar[int] = 1

@@ -114,6 +114,11 @@ class Acceleration(AbstractAcceleration):
     units: ClassVar[dict[str, float]] = ACCELERATIONS
     shown: ClassVar[str] = "m/s²"
     of_angle: ClassVar[bool | None] = False
+    shows_blows: ClassVar[bool] = True
+
+    def push(self, values: Row, oscillator: AbstractOscillator) -> Row:
+        del oscillator
+        return values
 
 
 class ProperAcceleration(AbstractPulsed):
@@ -164,6 +169,7 @@ class ContactForce(AbstractPulsed):
     of_angle: ClassVar[bool | None] = None
     is_carried: ClassVar[bool] = True
     is_force: ClassVar[bool] = True
+    shows_blows: ClassVar[bool] = True
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         return contact_force(model, trajectory)
