@@ -23,6 +23,7 @@ from impactjax._simulate.impact_log import ImpactLog
 
 _CERTAIN = 1e8  # degrees of freedom that stand for a known variance
 _LOST = 1e-10  # relative singular value of a direction without information
+_ROUNDING = 1e-14  # size of a direction of noise that is rounding, relative to the largest
 _ENDS = 3  # times that parameters which leave their range are stopped at its end
 _INSIDE = 1e-12  # distance from an end that a range excludes
 
@@ -215,10 +216,12 @@ def _whitened(
     kappa = xp.trace(spread) / (p * size)
     freedom = xp.maximum(count / xp.maximum(kappa, 1.0) - p, 1.0)
     spread = spread * count / (count - p) + xp.diag(xp.where(felt, 0.0, 1.0))
-    root = xp.linalg.cholesky(spread)
+    sizes, turned = xp.linalg.eigh(spread)
+    least = xp.maximum(_ROUNDING * xp.max(sizes), np.finfo(sizes.dtype).tiny)
+    scaled = axes @ (turned / xp.sqrt(xp.maximum(sizes, least)))
 
     def white(columns: AnyArray) -> AnyArray:
-        return xp.linalg.solve(root, axes.T @ columns)
+        return scaled.T @ columns
 
     own = OwnNoise(freedom, freedom)
     return Observed(white(observed), white(jacobian), white(effects), p, own)
