@@ -43,8 +43,8 @@ def found(
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(noisy), quantity)
     look = recording.first_look(oscillator or ij.Pendulum(10.0, length=0.07))
     free = recording.free_part(look)
-    assert free is None or free[1] == pytest.approx(ts[-1])
-    return None if free is None else free[0]
+    assert free is None or free.end == pytest.approx(ts[-1])
+    return None if free is None else free.begin
 
 
 @pytest.mark.parametrize("held", [0.1, 0.2, 0.3])
@@ -58,7 +58,7 @@ def test_release_is_found_beside_outliers_that_are_left_out(held):
     recording = ij.Recording(ts, noisy, ij.Angle(), valid)
     free = recording.free_part(recording.first_look(ij.Pendulum(10.0, length=0.07)))
     assert free is not None
-    assert held - 0.03 < free[0] < held + 0.25
+    assert held - 0.03 < free.begin < held + 0.25
 
 
 NOISES = [0.02 * DEGREE, 0.2 * DEGREE]
@@ -109,7 +109,9 @@ def test_accelerometer_fall_and_landing():
     felt[520:530], felt[530:540] = 150.0, 1.0
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(felt), ij.ProperAcceleration())
     free = recording.free_part(recording.first_look(ij.BouncingBall()))
-    assert free == pytest.approx((2.0, 2.65 + 0.055))
+    assert free is not None
+    assert (free.begin, free.end) == pytest.approx((2.0, 2.65 + 0.055))
+    assert free.at_rest
     falling = recording.between(2.0, 2.706)
     assert falling.free_part(falling.first_look(ij.BouncingBall())) is None
     assert falling.ts.shape == (142,)
