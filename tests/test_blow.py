@@ -88,22 +88,43 @@ def test_blow_of_an_accelerometer(tmp_path):
 
 
 @pytest.mark.parametrize("gain", [-1.0, -1e-3])
-def test_force_of_a_cell_that_counts_pressure_as_negative(gain):
-    turned = ij.Recording(TS, gain * (values() - 2.0), ij.ContactForce())
+@pytest.mark.parametrize("quantity", [ij.ContactForce(), ij.Acceleration()])
+def test_instrument_that_counts_pressure_as_negative(gain, quantity):
+    turned = ij.Recording(TS, gain * values(), quantity)
     prepared = ij.prepare(turned, laws=["kelvin-voigt"])
     assert prepared.first_look.is_blow
     assert any("its sign is turned" in note for note in prepared.notes)
     record = prepared.experiments["kelvin-voigt"].recording
     assert isinstance(record, ij.Recording)
-    shown = np.asarray(record.values)
-    assert shown.max() == pytest.approx(abs(gain) * (values() - 2.0).max())
+    assert np.asarray(record.values).max() == pytest.approx(abs(gain) * values().max())
     kept = ij.prepare(turned, laws=["kelvin-voigt"], fixed={"gain": 1.0})
     assert not any("its sign is turned" in note for note in kept.notes)
 
 
+@pytest.mark.parametrize("zero", [-300.0, 0.0, 300.0])
+def test_first_look_at_a_blow_with_any_zero(zero):
+    """Impulse and duration of a contact of 446 N at most, of which 300 N is two thirds."""
+    shown = ij.Recording(TS, forces() + zero, ij.ContactForce())
+    look = ij.prepare(shown, laws=["kelvin-voigt"]).first_look
+    assert look.is_blow
+    impulse = float(forces().sum() / RATE)
+    assert look.speed * 1.6 == pytest.approx(impulse, rel=0.05)
+    assert look.contact_frequency == pytest.approx(OMEGA0, rel=0.15)
+    assert look.marks == pytest.approx(TOUCH, abs=5e-4)
+
+
+@pytest.mark.parametrize("damping", [0.02, 0.2, 0.35])
+def test_decay_of_an_acceleration_is_no_blow(damping):
+    """Also one that is flat for nine tenths of the record."""
+    after = np.maximum(TS - TOUCH, 0.0)
+    decay = np.exp(-damping * 2000 * after) * np.sin(2000 * after)
+    look = ij.prepare(ij.Recording(TS, 100 * decay, ij.Acceleration())).first_look
+    assert not look.is_blow
+
+
 def test_instrument_that_is_stated_is_not_fitted():
     stated = {"resonance": 5000.0, "resonance_damping": 0.05}
-    for fixed in (stated, {"cutoff": math.inf}, {"cutoff": 4000.0}):
+    for fixed in (stated, {"cutoff": math.inf}, {"cutoff": 4000.0}, {"resonance": None}):
         prepared = ij.prepare(recording(), laws=["kelvin-voigt"], fixed={"mass": MASS, **fixed})
         assert prepared.experiments["kelvin-voigt"].free == ("offset",)
 

@@ -27,11 +27,9 @@ def adjusted(
     - `notes`: list to which a sentence on each change is appended.
     """
     look = _look(recording, setup)
-    if recording.needs_force_law and "gain" not in said:
-        recording, look = _pushing(recording, look, setup, notes)
+    if not said & ({*WHERE, "theta0", "x0"} if recording.shows_place else {"gain"}):
+        recording, look = _turned(recording, look, setup, notes)
     if recording.shows_place:
-        if not said & {*WHERE, "theta0", "x0"}:
-            recording, look = _turned(recording, look, setup, notes)
         if not said & WHERE and setup.upper is None:
             setup, look = _placed(recording, look, setup, notes)
         if not look.swings_freely or look.elsewhere is not None:
@@ -52,35 +50,26 @@ def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:
     return recording.first_look(oscillator, gap, known)
 
 
-def _pushing(
-    recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
-) -> tuple[AbstractRecording, FirstLook]:
-    """The recorded force, with the opposite sign if it is negative in a contact."""
-    lowest, highest = recording.span()
-    if highest >= _BEYOND * abs(lowest):
-        return recording, look
-    notes.append(
-        "The force is negative in a contact, so its sign is turned: a stop pushes with a positive "
-        "force (`gain = 1` under [sensor] keeps the sign)."
-    )
-    turned = recording.turned()
-    return turned, _look(turned, setup)
-
-
 def _turned(
     recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
 ) -> tuple[AbstractRecording, FirstLook]:
-    """The recording, with the opposite sign if it lies on the far side of the stop."""
+    """The recording, with the opposite sign if it lies on the far side of the stop, or if the stop
+    seems to pull.
+    """
     lowest, highest = recording.span()
     if highest >= _BEYOND * abs(lowest):
         return recording, look
     turned = recording.turned()
     other = _look(turned, setup)
-    if other.swings_freely:
+    if recording.shows_place and not other.swings_freely:
+        wrong = "The record lies on the far side of the stop"
+        usual = "places count from the stop towards the free side"
+    elif recording.needs_force_law or other.is_blow:
+        wrong, usual = "The record is negative in a contact", "a stop pushes with a positive force"
+    else:
         return recording, look
     notes.append(
-        "The record lies on the far side of the stop, so its sign is turned: places count from the "
-        "stop towards the free side (`gain = 1` under [sensor] keeps the sign)."
+        f"{wrong}, so its sign is turned: {usual} (`gain = 1` under [sensor] keeps the sign)."
     )
     return turned, other
 

@@ -58,6 +58,8 @@ def with_named_low_pass(recording: AbstractRecording, setup: Setup) -> Setup:
     """
     values = {**setup.start, **setup.fixed}
     named = {*values, *setup.held, *setup.free} & {*_RESONANCE}
+    if "resonance" in setup.held and setup.sensor.low_pass is None:
+        return setup._replace(held=[name for name in setup.held if name not in _RESONANCE])
     if named and setup.sensor.low_pass is None:
         low_pass = Resonance(values.get("resonance", _RINGS * _usual_cutoff(recording)), _DAMPING)
         free = () if "resonance" in named else ("resonance",)

@@ -204,7 +204,8 @@ def _whitened(
     The noise model of the problem gives the covariance of the noise along these directions, from
     the residuals that lie in none of them.
     """
-    xp, both = namespace(observed), namespace(observed).concatenate([jacobian, effects], axis=1)
+    xp = namespace(observed)
+    both = xp.concatenate([jacobian, effects], axis=1)
     norms = xp.linalg.norm(both, axis=0)
     axes, lengths, _ = xp.linalg.svd(both / xp.where(norms > 0, norms, 1.0), full_matrices=False)
     felt = lengths > _LOST * xp.max(lengths)

@@ -9,7 +9,6 @@ twice the mass, all lengths are half as large.
 """
 
 import dataclasses
-import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
@@ -160,20 +159,20 @@ def _rest(
     if own is None or unit is None:
         return Rest(tuple(each.name for each in assumed), None, "")
     powers: dict[str, float] = {}
-    on, left, proportional = [], unit, True
+    loose, left = [], unit
     for each in assumed:
         change = changes[each.name]
-        exponent = math.nan if change is None else float(np.dot(_row(own), change))
-        if abs(exponent) < _ROUNDING:
-            continue
-        on.append(each.name)
-        proportional &= change is not None
-        measure = _own(each)
-        if angle and "m" in measure:
-            measure = times(measure, {"rad": 1.0}, -1.0)
-        powers[each.name] = exponent
-        left = times(left, measure, -exponent)
-    return Rest(tuple(on), powers, unit_of(left)) if proportional else Rest(tuple(on), None, "")
+        if change is None:
+            loose.append(each.name)
+        elif abs(exponent := float(np.dot(_row(own), change))) > _ROUNDING:
+            powers[each.name] = exponent
+            measure = _own(each)
+            if angle and "m" in measure:
+                measure = times(measure, {"rad": 1.0}, -1.0)
+            left = times(left, measure, -exponent)
+    if loose:
+        return Rest((*loose, *powers), None, "")
+    return Rest(tuple(powers), powers, unit_of(left))
 
 
 def _own(assumption: Assumption) -> Dimensions:

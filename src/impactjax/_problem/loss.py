@@ -67,8 +67,8 @@ class SoftL1(AbstractLoss):
         raise_if_violated(self, [is_positive("scale", self.scale)])
 
     def cost(self, residuals: Residuals) -> Residuals:
-        xp = namespace(residuals, self.scale)
-        return self.scale**2 * (xp.sqrt(1 + (residuals / self.scale) ** 2) - 1)
+        z = (residuals / self.scale) ** 2
+        return self.scale**2 * (namespace(z).sqrt(1 + z) - 1)
 
 
 class Cauchy(AbstractLoss):
@@ -85,11 +85,8 @@ class Cauchy(AbstractLoss):
         raise_if_violated(self, [is_positive("scale", self.scale)])
 
     def cost(self, residuals: Residuals) -> Residuals:
-        return (
-            self.scale**2
-            / 2
-            * namespace(residuals, self.scale).log1p((residuals / self.scale) ** 2)
-        )
+        z = (residuals / self.scale) ** 2
+        return self.scale**2 / 2 * namespace(z).log1p(z)
 
 
 class StudentT(AbstractLoss):
@@ -112,4 +109,4 @@ class StudentT(AbstractLoss):
 
     def cost(self, residuals: Residuals) -> Residuals:
         z = (residuals / self.scale) ** 2
-        return self.freedom * self.scale**2 / 2 * namespace(z, self.freedom).log1p(z / self.freedom)
+        return self.freedom * self.scale**2 / 2 * namespace(z).log1p(z / self.freedom)

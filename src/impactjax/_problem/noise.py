@@ -115,8 +115,8 @@ class AutoregressiveNoise(AbstractNoise):
     def spread(self, scores: Scores, count: Scalar, jacobian: Jacobian) -> Matrix:
         xp, length = namespace(scores, count, jacobian), 2 * scores.shape[0]
         spectrum = self._spectrum(scores, count, length)
-        ends = xp.isin(xp.arange(spectrum.shape[0]), xp.asarray([0, spectrum.shape[0] - 1]))
-        both = xp.where(ends, spectrum, 2 * spectrum)  # ω and −ω
+        place, last = xp.arange(spectrum.shape[0]), spectrum.shape[0] - 1
+        both = xp.where((place > 0) & (place < last), 2 * spectrum, spectrum)  # ω and −ω
         transformed = xp.fft.rfft(jacobian, length, axis=0)
         weights = both[:, None] / length
         real, imaginary = xp.real(transformed), xp.imag(transformed)
@@ -184,15 +184,18 @@ def levinson(
         order = weights, variance * (1 - reflection**2)
         return order, order
 
-    none = xp.zeros(most, covariances.dtype), covariances[0]
+    nothing = xp.zeros(most, covariances.dtype)
     if most == 0:
-        return none[0][None], covariances
+        return nothing[None], covariances
+    first = nothing, covariances[0]
     if xp is np:
         each = itertools.accumulate(
-            np.arange(1, most + 1), lambda shorter, k: longer(shorter, k)[0], initial=none
+            np.arange(1, most + 1), lambda shorter, k: longer(shorter, k)[0], initial=first
         )
         weights, variances = zip(*each, strict=True)
         return np.stack(weights), np.stack(variances)
-    _, (weights, variances) = jax.lax.scan(longer, none, jnp.arange(1, most + 1))
-    first = none[0][None], none[1][None]
-    return jnp.concatenate([first[0], weights]), jnp.concatenate([first[1], variances])
+    _, (weights, variances) = jax.lax.scan(longer, first, jnp.arange(1, most + 1))
+    return (
+        jnp.concatenate([nothing[None], weights]),
+        jnp.concatenate([covariances[:1], variances]),
+    )

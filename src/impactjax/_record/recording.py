@@ -36,11 +36,8 @@ from impactjax._simulate.simulation import Simulation
 from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Flag, Numbers, Samples
 
+_HELD = "A hand seems to hold or push at first"
 _PADDING = 0.02  # spacing of padding samples, relative to that of the others
-
-
-def _part(ends: tuple[float, float] | None, reason: str, at_rest: bool = False) -> Part | None:
-    return None if ends is None else Part(*ends, reason, at_rest)
 
 
 class Recording(AbstractRecording):
@@ -90,7 +87,7 @@ class Recording(AbstractRecording):
 
     @property
     def usual_oscillator(self) -> str:
-        if self.quantity.shows_blows and self._is_blow():
+        if self.quantity.shows_blows and self._blow_of_any_sign() is not None:
             return "free-mass"
         if self.quantity.is_carried:
             return "bouncing-ball"
@@ -218,40 +215,34 @@ class Recording(AbstractRecording):
     ) -> FirstLook:
         own = self if sensor is None else self._before(sensor)
         ts, values = own._without_gaps()
-        struck, duration = own._blow(oscillator), own._contact_duration()
-        if struck is not None and duration is not None:
-            return look_at_blow(ts, *struck, oscillator, duration)
+        flies_straight = oscillator.weight() is None and not oscillator.has_equilibrium()
+        push = self.quantity.push(values, oscillator) if flies_straight else None
+        pulse = None if push is None else own._blow()
+        if push is not None and pulse is not None:
+            return look_at_blow(ts, push, pulse, oscillator)
         places = self.quantity.coordinate(ts, values, oscillator)
-        return look_at_motion(ts, places, oscillator, gap, duration)
+        return look_at_motion(ts, places, oscillator, gap, own._contact_duration())
 
     def free_part(self, look: FirstLook) -> Part | None:
         ts, values, valid = (np.asarray(x) for x in (self.ts, self.values, self.valid))
-        struck = self._blow(look.oscillator)
-        if struck is not None:
-            return _part(surroundings(ts, struck[1]), "There is one blow")
-        if self.quantity.is_felt:
-            found = self.quantity.free_fall(ts, values, valid)
+        pulse = self._blow_of_any_sign() if look.is_blow else None
+        if pulse is not None:
+            found, reason = surroundings(ts, pulse), "There is one blow"
+        elif self.quantity.is_felt:
+            found, reason = self.quantity.free_fall(ts, values, valid), _HELD
         else:
             places = self.quantity.coordinate(*self._without_gaps(), look.oscillator)
-            found = release(ts, places, valid, look)
-        return _part(found, "A hand seems to hold or push at first", self.quantity.is_felt)
+            found, reason = release(ts, places, valid, look), _HELD
+        falls = self.quantity.is_felt and pulse is None
+        return None if found is None else Part(*found, reason, falls)
 
-    def _is_blow(self) -> bool:
-        """True for a single pulse, whatever the sign of the record."""
+    def _blow(self) -> Pulse | None:
+        """Samples of the contact, if the record is that of a single blow."""
         _, values = self._without_gaps()
-        pushed = values if values.max() >= -values.min() else -values
-        return blow(pushed) is not None
+        return blow(values) if self.quantity.contacts(values) else None
 
-    def _blow(self, oscillator: AbstractOscillator) -> tuple[np.ndarray, Pulse] | None:
-        """Accelerations by the stop and samples of the contact, if the record is that of a single
-        blow of a free mass.
-        """
-        if oscillator.weight() is not None or oscillator.has_equilibrium():
-            return None
-        _, values = self._without_gaps()
-        push = self.quantity.push(values, oscillator)
-        pulse = None if push is None else blow(push)
-        return None if push is None or pulse is None else (push, pulse)
+    def _blow_of_any_sign(self) -> Pulse | None:
+        return self._blow() or self.turned()._blow()
 
     def _before(self, sensor: Sensor) -> "Recording":
         """The quantity before a sensor: (values − offset) / gain."""
