@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float, Int, Key
 from impactjax._known import AnyArray, namespace
 from impactjax._optimise.linearisation import Matrix, Vector
 from impactjax._parameter import plain
-from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed
+from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed, Number
 from impactjax._problem.loss import AbstractLoss, Residuals
 from impactjax._problem.noise import AbstractNoise, Jacobian, Scores
 from impactjax._problem.parameters import Handle
@@ -21,8 +21,6 @@ from impactjax._problem.problem import Problem
 from impactjax._record.abstract_recording import Valid
 from impactjax._simulate.impact_log import ImpactLog
 from impactjax._types import Flag, Scalar
-
-Number = Float[AnyArray, ""]
 
 
 class JointProblem(AbstractProblem):

@@ -19,8 +19,8 @@ def misfit(
     of the residuals r above 0.8, or if it exceeds 150 %. Impact times are never missed: there is no
     motion to compare with.
     """
-    xp = namespace(residuals)
-    variation, left = recording.variation(), xp.sum(residuals**2)
+    variation, left = recording.variation(), (residuals**2).sum()
+    xp = namespace(variation, left)
     pairs = xp.sum(residuals[1:] * residuals[:-1]) / xp.where(left > 0, left, 1.0)
     share = xp.sqrt(left / xp.where(variation > 0, variation, 1.0))
     missed = ((share > _UNEXPLAINED) & (pairs > _SMOOTH)) | (share > _WILD)
