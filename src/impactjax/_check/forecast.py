@@ -62,15 +62,16 @@ class Forecasts(NamedTuple):
 
 
 def forecasts(found: Survey, noise: Noise) -> Forecasts | None:
-    """Forecast for a survey; `None` for a quantity or an oscillator without one, and for a record
-    without visible noise.
+    """Forecast for a survey; `None` for a quantity or an oscillator without one, for a base that
+    moves, and for a record without visible noise.
     """
     recording, look = found.recording, found.look
     sampled = isinstance(recording, Recording)
     if sampled and not isinstance(recording.quantity, AbstractPlace | AbstractSpeed):
         return None
     known = {type(make()) for make in OSCILLATORS.values()}
-    if type(found.look.oscillator) not in known or not noise.size > 0:
+    forced = len(look.oscillator.inertia(np.zeros(1), np.zeros(1))) > 0
+    if type(look.oscillator) not in known or forced or not noise.size > 0:
         return None
     rows = _rows(found, noise)
     stops = not look.swings_freely

@@ -1,7 +1,7 @@
 """Sign of a record, position of the stop in it, and its usable part, from the record itself."""
 
 from impactjax._compare.oscillators import with_known
-from impactjax._compare.setup import Setup
+from impactjax._compare.setup import PHASE, Setup
 from impactjax._compare.unstated_sensor import with_unstated_instrument, with_unstated_sensor
 from impactjax._first_look.first_look import FirstLook
 from impactjax._record.abstract_recording import AbstractRecording
@@ -38,6 +38,8 @@ def adjusted(
         setup = with_unstated_instrument(recording, setup, said)
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)
+    if PHASE in setup.free and PHASE not in setup.start and look.phase is not None:
+        setup = setup._replace(start={**setup.start, PHASE: look.phase})
     return recording, look, setup
 
 

@@ -28,6 +28,9 @@ from impactjax._sensor.impulse_response import ImpulseResponse
 from impactjax._sensor.low_pass import AbstractLowPass, Butterworth, Resonance
 from impactjax._sensor.sensor import Sensor
 
+PHASE = "phase"
+"""Name of the phase of the base."""
+
 
 class Setup(NamedTuple):
     """All that is known of an experiment besides its recording.
@@ -104,7 +107,7 @@ def setup_of(
         fixed={**_stated(file), **sidecar.fixed},
         held=_measured(sidecar),
         start=sidecar.start,
-        free=[*dict.fromkeys([*sidecar.fit.free, *sidecar.priors])],
+        free=[*dict.fromkeys([*sidecar.fit.free, *sidecar.priors, *_unstated_phase(sidecar)])],
         priors={name: Normal(*known) for name, known in sidecar.priors.items()},
         laws=laws or system.laws,
         separation=separation,
@@ -118,6 +121,12 @@ def _measured(sidecar: Sidecar) -> list[str]:
     own = {"gain": sensor.gain, "offset": sensor.offset, "drift": sensor.drift}
     other = {*sidecar.start, *sidecar.fixed, *sidecar.fit.free}
     return [name for name, value in own.items() if value is not None and name not in other]
+
+
+def _unstated_phase(sidecar: Sidecar) -> list[str]:
+    """The phase of the base, which is fitted if the base moves and nobody states its phase."""
+    moves = sidecar.base.amplitude is not None
+    return [PHASE] if moves and sidecar.base.phase is None and PHASE not in sidecar.fixed else []
 
 
 def _completed(oscillator: AbstractOscillator, file: RecordingFile) -> AbstractOscillator:
@@ -136,7 +145,7 @@ def _completed(oscillator: AbstractOscillator, file: RecordingFile) -> AbstractO
         if "base" not in fields:
             problem = f"the base of a {own} cannot move"
             raise sidecar_error(file, "base", problem, "omit [base], or use another oscillator")
-        motion = HarmonicMotion(base.amplitude, base.frequency, base.phase)
+        motion = HarmonicMotion(base.amplitude, base.frequency, base.phase or 0.0)
         with refused_in_sidecar(file, "base"):
             oscillator = dataclasses.replace(oscillator, base=motion)
     asked = {*file.sidecar.fixed, *file.sidecar.start, *file.sidecar.fit.free}
@@ -154,7 +163,8 @@ def _stated(file: RecordingFile) -> dict[str, float]:
     base, gap = file.sidecar.base, file.sidecar.upper.gap
     found = {} if gap is None else {"upper_gap": gap}
     if base.amplitude is not None and base.frequency is not None:
-        found |= {"amplitude": base.amplitude, "frequency": base.frequency, "phase": base.phase}
+        found |= {"amplitude": base.amplitude, "frequency": base.frequency}
+        found |= {} if base.phase is None else {PHASE: base.phase}
     return {name: value for name, value in found.items() if name not in file.sidecar.fit.free}
 
 

@@ -126,7 +126,7 @@ def _oscillator(plan: PlanFile, oscillator: AbstractOscillator) -> AbstractOscil
         oscillator = dataclasses.replace(oscillator, equilibrium=equilibrium)
     if plan.base.amplitude is not None:
         assert plan.base.frequency is not None  # `read_plan` has asked for it
-        motion = HarmonicMotion(plan.base.amplitude, plan.base.frequency, plan.base.phase)
+        motion = HarmonicMotion(plan.base.amplitude, plan.base.frequency, plan.base.phase or 0.0)
         oscillator = on_base(oscillator, motion)
     return oscillator
 

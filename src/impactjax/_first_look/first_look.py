@@ -17,7 +17,7 @@ USUAL_RESTITUTION = 0.6
 _USUAL_SPEED = 0.5  # [m/s]
 _REST = 1e-6  # [m/s], speed below which an impact does not count
 _DIFFERENT = 1e-3  # least relative range of the speeds for a straight line
-_CONTACT_SAMPLES = 4  # guess of a contact's duration
+CONTACT_SAMPLES = 4  # guess of a contact's duration
 _USUAL_DAMPING = 0.003
 _RIGID = 1e3  # [rad/s], contact frequency if the record shows nothing of the contact
 
@@ -33,6 +33,7 @@ class FirstLook(NamedTuple):
     - `marks`: times of the detected impacts, or of the extremes of a free swing [s].
     - `is_blow`: true for a single impact recorded by its force, which tells its impulse only.
     - `elsewhere`: coordinate of the detected impacts, if it clearly differs from that of the stop.
+    - `phase`: phase of the motion of the base [rad], if it moves.
     """
 
     oscillator: AbstractOscillator
@@ -44,6 +45,7 @@ class FirstLook(NamedTuple):
     marks: np.ndarray = np.zeros(0)
     elsewhere: float | None = None
     is_blow: bool = False
+    phase: float | None = None
 
     @property
     def restitution(self) -> float:
@@ -99,11 +101,11 @@ def look_at_motion(
     - `contact_duration`: duration of a contact [s], if it was detected.
     """
     heights = places + gap
-    smooth, noise = _smoothed(heights)
+    smooth, noise = smoothed(heights)
     initial = _initial(ts, heights, noise, gap)
-    guess = _CONTACT_SAMPLES * float(np.median(np.diff(ts)))
+    guess = CONTACT_SAMPLES * float(np.median(np.diff(ts)))
     contact = np.pi / (contact_duration or guess)
-    stop = _stop_seen(heights, smooth, noise)
+    stop = stop_seen(heights, smooth, noise)
     if smooth.min() < -0.25 * smooth.max():
         swinging, marks = _swinging(ts, smooth, noise, oscillator)
         none = np.zeros(0)
@@ -130,7 +132,7 @@ def look_at_flights(times: np.ndarray, oscillator: AbstractOscillator) -> FirstL
     return FirstLook(oscillator, initial, speeds[:-1], ratios, _RIGID, False, times)
 
 
-def _smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
+def smoothed(values: np.ndarray) -> tuple[np.ndarray, float]:
     """A smoothed record, and the standard deviation of its noise."""
     if len(values) < 16:
         return values, 0.0
@@ -142,9 +144,9 @@ def noise_size(values: np.ndarray) -> float:
     return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / np.sqrt(20))
 
 
-def _stop_seen(values: np.ndarray, smooth: np.ndarray, noise: float) -> float | None:
+def stop_seen(values: np.ndarray, smooth: np.ndarray, noise: float) -> float | None:
     """Position at which a record turns back sharply, if that is clearly not at zero."""
-    turns = _turns(smooth, noise)
+    turns = turns_of(smooth, noise)
     if len(turns) < 2:
         return None
     tops = np.array([a + int(np.argmax(smooth[a:b])) for a, b in pairwise(turns.tolist())])
@@ -163,7 +165,7 @@ def _stop_seen(values: np.ndarray, smooth: np.ndarray, noise: float) -> float | 
     return place if abs(place) > near else None
 
 
-def _turns(smooth: np.ndarray, noise: float) -> np.ndarray:
+def turns_of(smooth: np.ndarray, noise: float) -> np.ndarray:
     """Indices of the minima of a record, between one flight or swing and the next."""
     return peaks(-smooth, max(_PROMINENCE * noise, 0.02 * float(np.ptp(smooth))))
 
@@ -214,7 +216,7 @@ def _impacting(
 
     A swing that turns before it reaches the stop counts as a flight without an impact at its end.
     """
-    turns = _turns(smooth, noise)
+    turns = turns_of(smooth, noise)
     bounds = [0, *turns.tolist(), len(smooth) - 1]
     heights = np.array([smooth[a : b + 1].max() for a, b in pairwise(bounds)])
     durations = np.diff(ts[turns])

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float
 
-from impactjax._fit.evaluation import Evaluate, answer_at, evaluate
+from impactjax._fit.evaluation import Evaluate, answer_at, evaluate, side_by_side
 from impactjax._fit.informed_model import informed
 from impactjax._fit.mixed_model import MixedModel, Observed, OwnNoise, mixed_model
 from impactjax._fit.straight import straight
@@ -91,9 +91,9 @@ def around(problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate) 
         return Around(residuals, jacobian * slopes, effects.T, impacts, prior)
     residuals, jacobian, effect, impacts = known(at(directions[0]))
     happen = max(min(int(impacts.count), count), 1)
-    others = [at(directions[i])[2] for i in range(1, happen)]  # dispatched before the first is read
+    others = side_by_side(lambda direction: known(at(direction)[2]), directions[1:happen])
     none = [np.zeros_like(effect)] * (count - happen)
-    effects = np.stack([effect, *known(others), *none], axis=1)
+    effects = np.stack([effect, *others, *none], axis=1)
     return Around(residuals, jacobian * slopes, effects, impacts, prior)
 
 

@@ -139,7 +139,7 @@ def _is_small(step: Step, logs: Effects) -> bool:
     model = step.model
     errors = np.sqrt(np.diagonal(model.covariance))
     moves = np.abs(step.move) > _SETTLED * np.where(model.determined, errors, np.inf)
-    size = float(model.size(0.5))
+    size = float(model.expected_size)
     return not np.any(moves) and bool(np.all(np.abs(step.effects - logs) <= _SETTLED * size))
 
 

@@ -2,10 +2,13 @@
 
 import abc
 import dataclasses
+import math
 from typing import TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
 
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._parameter import (
@@ -26,6 +29,8 @@ from impactjax._types import (
 )
 
 Own = TypeVar("Own", bound=AbstractOscillator)
+Moving = TypeVar("Moving", bound="AbstractBaseMotion")
+Times = Float[np.ndarray, " times"]
 
 
 class AbstractBaseMotion(eqx.Module):
@@ -39,6 +44,16 @@ class AbstractBaseMotion(eqx.Module):
     @abc.abstractmethod
     def inertia(self, t: Time) -> Acceleration:
         """Force of inertia per unit of mass [m/s²], in the direction of the motion."""
+
+    def phases(self) -> "tuple[AbstractBaseMotion, ...]":
+        """Motions of which those at all phases are combinations; itself if it has no phase."""
+        return (self,)
+
+
+def in_quadrature(motion: Moving) -> tuple[Moving, Moving]:
+    """A motion at the phases 0 and π/2, with weights cos φ and sin φ at the phase φ."""
+    begin, later = (dataclasses.replace(motion, phase=phase) for phase in (0.0, math.pi / 2))
+    return begin, later
 
 
 class HarmonicMotion(AbstractBaseMotion):
@@ -67,6 +82,9 @@ class HarmonicMotion(AbstractBaseMotion):
 
     def inertia(self, t: Time) -> Acceleration:
         return self.amplitude * self.frequency**2 * jnp.sin(self.frequency * t + self.phase)
+
+    def phases(self) -> tuple[AbstractBaseMotion, ...]:
+        return in_quadrature(self)
 
     def __check_init__(self) -> None:
         raise_if_violated(self, range_requirements(self))
@@ -107,6 +125,9 @@ class Chirp(AbstractBaseMotion):
         angle = (self.frequency + self.rate * t / 2) * t + self.phase
         return self.amplitude * (now**2 * jnp.sin(angle) - self.rate * jnp.cos(angle))
 
+    def phases(self) -> tuple[AbstractBaseMotion, ...]:
+        return in_quadrature(self)
+
     def __check_init__(self) -> None:
         raise_if_violated(self, range_requirements(self))
 
@@ -115,6 +136,13 @@ class Chirp(AbstractBaseMotion):
 
 as_base = of_kind("base", AbstractBaseMotion, "HarmonicMotion(0.003, 6.3)", optional=True)
 """Converter that lets only a motion of the base through, or `None`."""
+
+
+def inertias(base: AbstractBaseMotion | None, times: Times) -> Float[np.ndarray, "phases times"]:
+    """Forces of inertia per unit of mass at the phases of a motion, in NumPy; none at rest."""
+    motions = () if base is None else base.phases()
+    each = [np.asarray(motion.inertia(jnp.asarray(times))) for motion in motions]
+    return np.array(each).reshape(-1, len(times))
 
 
 def on_base(oscillator: Own, motion: HarmonicMotion) -> Own:

@@ -5,8 +5,9 @@ import math
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
-from impactjax._model.base_motion import AbstractBaseMotion, as_base
+from impactjax._model.base_motion import AbstractBaseMotion, as_base, inertias
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._model.oscillator import AbstractOscillator, Heights, Places
 from impactjax._parameter import as_optional_parameter, as_parameter, parameter
@@ -82,6 +83,10 @@ class BouncingBall(AbstractOscillator):
 
     def free_acceleration(self, places: Places) -> Places:
         return np.full_like(places, -float(self.gravity))
+
+    def inertia(self, times: Places, places: Places) -> Float[np.ndarray, "phases places"]:
+        del places
+        return inertias(self.base, times)
 
     def weight(self) -> float:
         return float(self.gravity)

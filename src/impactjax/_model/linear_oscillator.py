@@ -3,9 +3,10 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
-from impactjax._model.base_motion import AbstractBaseMotion, as_base
-from impactjax._model.oscillator import Heights
+from impactjax._model.base_motion import AbstractBaseMotion, as_base, inertias
+from impactjax._model.oscillator import Heights, Places
 from impactjax._model.swing import AbstractSwing
 from impactjax._parameter import as_optional_parameter, as_parameter, parameter
 from impactjax._types import (
@@ -69,6 +70,10 @@ class LinearOscillator(AbstractSwing):
 
     def is_angle(self) -> bool:
         return False
+
+    def inertia(self, times: Places, places: Places) -> Float[np.ndarray, "phases places"]:
+        del places
+        return inertias(self.base, times)
 
     def phase(self, heights: Heights, gap: float) -> Heights:
         sizes = np.maximum(heights - gap, 1e-300)

@@ -93,6 +93,13 @@ class AbstractOscillator(eqx.Module):
         """Acceleration in flight, without friction."""
         return np.zeros_like(places)
 
+    def inertia(self, times: Places, places: Places) -> Float[np.ndarray, "phases places"]:
+        """Accelerations by the motion of the base, at phases of which all others are combinations;
+        none if the base is at rest.
+        """
+        del times
+        return np.zeros((0, len(places)))
+
     def has_equilibrium(self) -> bool:
         """True if the mass swings about an equilibrium that does not depend on the stops."""
         return False

@@ -3,9 +3,10 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 from scipy import special
 
-from impactjax._model.base_motion import AbstractBaseMotion, as_base
+from impactjax._model.base_motion import AbstractBaseMotion, as_base, inertias
 from impactjax._model.equilibrium import AbstractEquilibrium, Hanging
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._model.oscillator import Heights, Places
@@ -99,6 +100,9 @@ class Pendulum(AbstractSwing):
 
     def squared_speed(self, heights: Heights, gap: float) -> Heights:
         return 4 * (np.sin(np.clip(heights - gap, 0, 3.1) / 2) ** 2 - np.sin(gap / 2) ** 2)
+
+    def inertia(self, times: Places, places: Places) -> Float[np.ndarray, "phases places"]:
+        return inertias(self.base, times) * np.cos(places) / float(self.lever())
 
     def restoring(self, places: Places) -> Places:
         return np.sin(places)

@@ -2,8 +2,10 @@
 
 import numpy as np
 
-MOST = 10_000
+MOST = 40_000
 """Most samples to fit individually; neighbours in a longer record are averaged."""
+_BEND = 0.5  # error of a mean by the bend of the motion, relative to its noise, that is too large
+_EXACT = 1e-3  # noise of a record that shows none, relative to its standard deviation
 _BLUR = 0.2  # largest change within a group, relative to the standard deviation of the record
 
 
@@ -19,6 +21,17 @@ def averaged(values: np.ndarray, valid: np.ndarray, size: int) -> tuple[np.ndarr
     numbers = np.where(valid, values, 0.0)[: groups * size].reshape(groups, size)
     count = kept.sum(axis=1)
     return numbers.sum(axis=1) / np.maximum(count, 1), count > 0
+
+
+def bent(means: np.ndarray, size: int, noise: float) -> np.ndarray:
+    """Mask of the means of groups within which the motion bends too much, as it does in a contact.
+
+    The mean of n samples at intervals h differs by q″ h² (n² − 1)/24 from the place in the middle;
+    second differences of means are q″ (n h)².
+    """
+    errors = np.abs(np.diff(means, 2)) * (1 - size**-2.0) / 24
+    most = _BEND * max(noise / np.sqrt(size), _EXACT * float(np.std(means)))
+    return np.pad(errors > most, 1)
 
 
 def blurs(values: np.ndarray, size: int) -> bool:

@@ -6,8 +6,9 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from impactjax._first_look.first_look import noise_size
 from impactjax._record.abstract_recording import AbstractRecording
-from impactjax._record.averaging import MOST, averaged, blurs, group_size
+from impactjax._record.averaging import MOST, averaged, bent, blurs, group_size
 from impactjax._record.bounces import bounces
 from impactjax._record.clipping import clipped
 from impactjax._record.columns import columns
@@ -159,8 +160,13 @@ def _samples(
             problem = f"its {len(ts)} rows are too many to fit and too varied to average"
             raise FileError(path, None, problem, "choose a `window` under [read] in a sidecar")
         notes.append(f"{len(ts)} samples were averaged in groups of {size}, to at most {MOST}.")
+        noise = noise_size(values[valid])
         ts, _ = averaged(ts, np.ones(len(ts), bool), size)
         values, valid = averaged(values, valid, size)
+        wrong = valid & bent(values, size, noise)
+        if wrong.any():
+            notes.append(f"{count_of(wrong, 'mean')} of a motion that bends fast, and left out.")
+        valid &= ~wrong
     return Recording(jnp.asarray(ts), jnp.asarray(values), quantity, jnp.asarray(valid)), notes
 
 

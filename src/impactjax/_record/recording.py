@@ -6,6 +6,7 @@ import numpy as np
 
 from impactjax._first_look.blow import Pulse, blow, look_at_blow, surroundings
 from impactjax._first_look.first_look import FirstLook, look_at_motion
+from impactjax._first_look.forced import look_at_forced_motion
 from impactjax._first_look.hand_release import release
 from impactjax._known import is_known, namespace
 from impactjax._model.impact_oscillator import ImpactOscillator
@@ -221,7 +222,8 @@ class Recording(AbstractRecording):
         if push is not None and pulse is not None:
             return look_at_blow(ts, push, pulse, oscillator)
         places = self.quantity.coordinate(ts, values, oscillator)
-        return look_at_motion(ts, places, oscillator, gap, own._contact_duration())
+        look = look_at_forced_motion if len(oscillator.inertia(ts, places)) else look_at_motion
+        return look(ts, places, oscillator, gap, own._contact_duration())
 
     def free_part(self, look: FirstLook) -> Part | None:
         ts, values, valid = (np.asarray(x) for x in (self.ts, self.values, self.valid))

@@ -34,7 +34,7 @@ class BaseTable(msgspec.Struct, forbid_unknown_fields=True):
 
     amplitude: Annotated[float, msgspec.Meta(ge=0, le=LARGEST)] | None = None
     frequency: Positive | None = None
-    phase: Finite = 0.0
+    phase: Finite | None = None
 
 
 class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
