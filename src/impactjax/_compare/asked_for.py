@@ -10,7 +10,7 @@ import numpy as np
 from impactjax._compare.oscillators import DRY_FRICTION, with_dry_friction
 from impactjax._compare.ranking import fall
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.left_out import needed
+from impactjax._fit.left_out import needed, not_excluded
 from impactjax._fit.score_test import HeldParameter
 from impactjax._fit.search import Search
 from impactjax._number_format import with_error, with_unit
@@ -29,8 +29,22 @@ def asked_for(
     """
     if not bool(estimate.converged):
         return []
-    stated = () if experiment.sensor.low_pass is not None else ("cutoff",)
-    return needed(estimate, (*experiment.fixed, *stated), search)
+    return needed(estimate, _stated(experiment), search)
+
+
+def slightly_asked_for(
+    estimate: Estimate[Problem], experiment: Experiment, search: Search
+) -> list[HeldParameter]:
+    """The parameters of which the record does not tell whether they are needed beside those fitted
+    and those stated by the user.
+    """
+    return not_excluded(estimate, _stated(experiment), search)
+
+
+def _stated(experiment: Experiment) -> tuple[str, ...]:
+    """Names of the parameters that the user stated."""
+    absent = () if experiment.sensor.low_pass is not None else ("cutoff",)
+    return (*experiment.fixed, *absent)
 
 
 def freed(experiment: Experiment, problem: Problem, found: Sequence[HeldParameter]) -> Experiment:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import equinox as eqx
 
+from impactjax._compare.allowed import allowing
 from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.enlarge import enlarged
 from impactjax._compare.fit_models import Each, Progress, Settings, fit_models, ranked
@@ -85,8 +86,10 @@ def compare_by(
             break
         own, fits, sentence = change
         said.append(sentence)
-    fits, on_scatter = with_intervals(fits, own, settings) if fits else (fits, [])
-    said += on_scatter
+    if fits:
+        final, on_scatter = with_intervals(fits, own, settings)
+        fits, on_others = allowing(fits, final, own, may_rub, settings)
+        said += [*on_scatter, *on_others]
     if fits and holdout != 0:
         whole = next(iter(given.values())).recording
 

@@ -125,6 +125,15 @@ def needed(
     return found
 
 
+def not_excluded(
+    estimate: Estimate[Problem], fixed: Sequence[str] = (), search: Search = Search()
+) -> list[HeldParameter]:
+    """The parameters that are expected to lower AIC, but less than clearly."""
+    candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in fixed]
+    tests = [held for held, _ in _tests(estimate, linearised(estimate), candidates)]
+    return [held for held in tests if held.gain > 0 and not held.is_needed]
+
+
 def _sensor_with(sensor: Sensor, found: Sequence[HeldParameter]) -> Sensor:
     """The sensor, with a Butterworth low-pass of order 2 if a cutoff was found and it has none."""
     cutoffs = [each.value for each in found if each.name == "cutoff"]

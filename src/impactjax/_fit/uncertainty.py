@@ -146,25 +146,31 @@ def verdicts(below: AnyArray, above: AnyArray, lasting: AnyArray) -> AnyArray:
 
 @np.errstate(all="ignore")
 def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
-    """The estimate with intervals that hold those of another one of the same problem, and errors
-    that grow where the intervals are too wide for them.
+    """The estimate with intervals that hold those of another one of the same problem."""
+    return holding(estimate, *known((other.low, other.high)))
 
-    An interval stays if that of the other one is open on both sides, and its own would be in linear
+
+def holding(estimate: Estimate[P], low: AnyArray, high: AnyArray) -> Estimate[P]:
+    """The estimate with intervals that hold others, and errors that grow where the intervals are
+    too wide for them.
+
+    An interval stays if the other one is open on both sides, and its own would be in linear
     approximation: then the other one is open for this reason only. A parameter is undecided if an
     end is unknown.
     """
-    problem, (estimate, other) = estimate.problem, known((estimate, other))
+    problem, estimate = estimate.problem, known(estimate)
     lowest, highest = _ends(estimate.problem, estimate.low)
     linear = estimate.values - NORMAL * estimate.standard_errors
-    silent = (other.low <= lowest) & (other.high >= highest) & ~(linear > lowest)
-    low = np.where(silent, estimate.low, np.minimum(estimate.low, other.low))
-    high = np.where(silent, estimate.high, np.maximum(estimate.high, other.high))
+    silent = (low <= lowest) & (high >= highest) & ~(linear > lowest)
+    low = np.where(silent, estimate.low, np.minimum(estimate.low, low))
+    high = np.where(silent, estimate.high, np.maximum(estimate.high, high))
     usable = estimate.usable
     below, above = usable & (low > lowest), usable & (high < highest)
     found = verdicts(below, above, estimate.lasting)
     unknown = usable & (np.isnan(low) | np.isnan(high))
     quantile = special.stdtrit(estimate.freedom, 0.975)
-    growth = (high - low) / (2 * quantile * estimate.standard_errors)
+    with np.errstate(invalid="ignore"):  # an open interval of a value without an error
+        growth = (high - low) / (2 * quantile * estimate.standard_errors)
     growth = np.where(below & above & (growth > 1), growth, 1.0)
     return dataclasses.replace(
         estimate,
