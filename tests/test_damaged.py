@@ -69,3 +69,20 @@ def test_record_too_varied_to_average_is_refused(tmp_path):
     (tmp_path / "record.csv").write_text(f"time [ms], angle [rad]\n{rows}\n")
     with pytest.raises(ij.io.FileError, match="1000000 rows are too many to fit"):
         ij.io.read_recording(tmp_path / "record.csv")
+
+
+def test_groups_in_which_a_motion_bends_are_left_out(tmp_path):
+    """A parabola that bounces: means hide its kinks, and nothing else."""
+    ts = np.arange(100_000) / 1e5
+    s = ts % 0.1
+    noise = 1e-6 * np.random.default_rng(1).standard_normal(len(ts))
+    rows = np.stack([ts, 9.81 / 2 * s * (0.1 - s) + noise], axis=1)
+    np.savetxt(tmp_path / "record.csv", rows, "%.9f", ",", header="time_s,height_m", comments="")
+    found = ij.io.read_recording(tmp_path / "record.csv")
+    assert any("left out, where the motion bends fast" in note for note in found.notes)
+    valid, means = np.asarray(found.recording.valid), np.asarray(found.recording.ts)
+    nearest = np.abs(means - 0.1 * np.round(means / 0.1))
+    inner = nearest[(means > 0.01) & (means < 0.99)]
+    assert np.all(nearest[~valid] < 1.2e-4)
+    assert np.all(valid[(means > 0.01) & (means < 0.99)] | (inner < 1.2e-4))
+    assert np.count_nonzero(~valid) >= 9

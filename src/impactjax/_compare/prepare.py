@@ -165,6 +165,8 @@ def _frictions(setup: Setup, law: Law) -> tuple[bool, ...]:
     """Variants to try for a law: both without and with dry friction in free flight, unless the user
     decided it.
     """
+    if DRY_FRICTION in setup.held:  # fixed without a value: as the oscillator has it
+        return (is_dry(setup.oscillator),)
     if _names_friction(setup):
         return (True,)
     if law == NO_LAW and _may_rub(setup):

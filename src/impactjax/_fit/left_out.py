@@ -34,10 +34,12 @@ from impactjax._problem.problem import Problem
 from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.sensor import Sensor
 
+_NOTICED = 2.0  # expected fall of AIC, at two standard errors or more
 _ROUNDS = 3  # fits with more and more parameters
 _TESTED = ("gap", "drag", "dry_friction")  # beside those of the sensor
 _FIRST = 1e-7  # first step of a difference, relative to the value, or in its unit
-_CHANGE = 1e-5  # change of the record by the final step, relative to its span
+_CHANGE = 1e-3  # change of the record by the final step, relative to its span
+_MOST = 0.9  # share of the samples that change by less; an impact may jump over a sample
 
 
 def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
@@ -128,10 +130,10 @@ def needed(
 def not_excluded(
     estimate: Estimate[Problem], fixed: Sequence[str] = (), search: Search = Search()
 ) -> list[HeldParameter]:
-    """The parameters that are expected to lower AIC, but less than clearly."""
+    """The parameters that are expected to lower AIC noticeably, but less than clearly."""
     candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in fixed]
     tests = [held for held, _ in _tests(estimate, linearised(estimate), candidates)]
-    return [held for held in tests if held.gain > 0 and not held.is_needed]
+    return [held for held in tests if held.gain > _NOTICED and not held.is_needed]
 
 
 def _sensor_with(sensor: Sensor, found: Sequence[HeldParameter]) -> Sensor:
@@ -212,7 +214,8 @@ def _column(estimate: Estimate[Problem], handle: Handle, evaluated: Evaluate) ->
         return (residuals(high) - residuals(low)) / (high - low)
 
     with np.errstate(all="ignore"):
-        effect = float(np.max(np.abs(difference(_FIRST * (abs(float(held)) or 1.0)))))
+        effects = np.abs(difference(_FIRST * (abs(float(held)) or 1.0)))
+        effect = float(np.quantile(effects, _MOST) or np.max(effects))
         if not np.isfinite(effect) or effect == 0:
             return None
         lowest, highest = problem.recording.span()

@@ -5,7 +5,7 @@ import numpy as np
 MOST = 40_000
 """Most samples to fit individually; neighbours in a longer record are averaged."""
 _BEND = 0.5  # error of a mean by the bend of the motion, relative to its noise, that is too large
-_EXACT = 1e-3  # noise of a record that shows none, relative to its standard deviation
+_EXACT = 1e-5  # noise of a record that shows none, relative to its standard deviation
 _BLUR = 0.2  # largest change within a group, relative to the standard deviation of the record
 
 

@@ -165,7 +165,7 @@ def _samples(
         values, valid = averaged(values, valid, size)
         wrong = valid & bent(values, size, noise)
         if wrong.any():
-            notes.append(f"{count_of(wrong, 'mean')} of a motion that bends fast, and left out.")
+            notes.append(f"{count_of(wrong, 'mean')} left out, where the motion bends fast.")
         valid &= ~wrong
     return Recording(jnp.asarray(ts), jnp.asarray(values), quantity, jnp.asarray(valid)), notes
 

@@ -1,0 +1,78 @@
+"""Intervals that allow for what a record does not decide, in records made with SciPy."""
+
+import functools
+
+import numpy as np
+import pytest
+
+import impactjax as ij
+from reference import pendulum, simulate_rigid
+from tiers import thorough
+
+OMEGA_N, ZETA, R = 13.47, 0.0017, 0.6
+TIMES = np.linspace(0.0, 1.4, 701)
+NOISE = np.radians(0.2)
+
+
+@functools.cache
+def compared(friction=0.0, gap=0.0, seed=2, denied=False):
+    """A comparison of one law, with its intervals and notes."""
+
+    def flow(t, y):
+        return pendulum(OMEGA_N, ZETA, friction)(t, y - np.array([gap, 0.0]))
+
+    start = [np.pi / 4 + gap, 0.0]
+    angles = simulate_rigid(flow, start, TIMES, lambda speed: R, max_step=1e-3).position - gap
+    noise = NOISE * np.random.default_rng(seed).standard_normal(TIMES.size)
+    fixed = {"gain": 1.0, "offset": 0.0, "drift": 0.0} | ({"dry_friction": None} if denied else {})
+    record = ij.Recording(TIMES, angles + noise, ij.Angle())
+    prepared = ij.prepare(record, laws=["restitution"], fixed=fixed)
+    return ij.compare(prepared, starts=ij.Starts(4))
+
+
+def noted(comparison, words):
+    return any(words in note for note in comparison.notes)
+
+
+def test_intervals_allow_for_dry_friction_that_the_record_does_not_exclude():
+    allowed, denied = compared(), compared(denied=True)
+    assert noted(allowed, "does not exclude dry friction of up to")
+    assert not noted(denied, "dry friction")
+    names = denied.best.estimate.names
+    assert allowed.best.estimate.names == names
+    for name in names:
+        own, other = allowed.best.estimate[name], denied.best.estimate[name]
+        assert own.value == pytest.approx(other.value, rel=1e-6), name
+        assert own.low <= other.low or own.low == pytest.approx(other.low), name
+        assert own.high >= other.high or own.high == pytest.approx(other.high), name
+    widths = [
+        [each.best.estimate[name].high - each.best.estimate[name].low for name in names[:-1]]
+        for each in (allowed, denied)
+    ]
+    assert names[-1] == "cutoff"
+    assert np.max(np.divide(*widths)) > 1.02
+
+
+def test_friction_fixed_without_a_value_is_absent():
+    record = ij.Recording(TIMES, np.abs(np.cos(9 * TIMES)), ij.Angle())
+    prepared = ij.prepare(record, laws=["restitution"], fixed={"dry_friction": None})
+    (experiment,) = prepared.experiments.values()
+    assert experiment.model.oscillator.dry_friction is None
+
+
+@thorough
+def test_intervals_allow_for_a_held_gap():
+    found = [compared(gap=3e-4, seed=seed) for seed in range(8)]
+    undecided = [each for each in found if noted(each, "Another gap is not excluded")]
+    assert undecided
+    for each in undecided:
+        omega_n = each.best.estimate["omega_n"]
+        assert omega_n.low < OMEGA_N < omega_n.high
+
+
+def test_gap_is_found_where_a_search_ended_with_an_impact_on_a_sample():
+    """A filtered sample jumps there, so that small differences do not tell its slope."""
+    comparison = compared(gap=0.004, seed=0)
+    omega_n = comparison.best.estimate["omega_n"]
+    assert noted(comparison, "asks for `gap`")
+    assert abs(omega_n.value - OMEGA_N) < 3 * omega_n.standard_error
