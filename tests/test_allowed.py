@@ -50,14 +50,14 @@ def test_intervals_allow_for_dry_friction_that_the_record_does_not_exclude():
         for each in (allowed, denied)
     ]
     assert names[-1] == "cutoff"
-    assert np.max(np.divide(*widths)) > 1.02
+    assert np.max(np.array(widths[0]) / np.array(widths[1])) > 1.02
 
 
 def test_friction_fixed_without_a_value_is_absent():
     record = ij.Recording(TIMES, np.abs(np.cos(9 * TIMES)), ij.Angle())
     prepared = ij.prepare(record, laws=["restitution"], fixed={"dry_friction": None})
     (experiment,) = prepared.experiments.values()
-    assert experiment.model.oscillator.dry_friction is None
+    assert vars(experiment.model.oscillator)["dry_friction"] is None
 
 
 @thorough

@@ -80,6 +80,7 @@ def test_groups_in_which_a_motion_bends_are_left_out(tmp_path):
     np.savetxt(tmp_path / "record.csv", rows, "%.9f", ",", header="time_s,height_m", comments="")
     found = ij.io.read_recording(tmp_path / "record.csv")
     assert any("left out, where the motion bends fast" in note for note in found.notes)
+    assert isinstance(found.recording, ij.Recording)
     valid, means = np.asarray(found.recording.valid), np.asarray(found.recording.ts)
     nearest = np.abs(means - 0.1 * np.round(means / 0.1))
     inner = nearest[(means > 0.01) & (means < 0.99)]
