@@ -47,6 +47,7 @@ from impactjax._fit.bootstrap import Bootstrap as Bootstrap
 from impactjax._fit.bootstrap import bootstrap as bootstrap
 from impactjax._fit.estimate import Estimate as Estimate
 from impactjax._fit.fit import fit as fit
+from impactjax._fit.fit_in_segments import fit_in_segments as fit_in_segments
 from impactjax._fit.fit_together import fit_together as fit_together
 from impactjax._fit.fit_together import of_experiment as of_experiment
 from impactjax._fit.fitted_parameter import FittedParameter as FittedParameter

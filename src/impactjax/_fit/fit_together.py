@@ -64,10 +64,10 @@ def fit_together(
         raise ValueError("There is no experiment to fit.")
     for experiment in experiments:
         check_kind("experiments", experiment, Experiment, "Experiment(model, recording, initial)")
-    problems = [_alone(each) for each in _padded(experiments)]
+    problems = [without_scatter(each) for each in _padded(experiments)]
     alone = [solve(problem, starts, optimiser) for problem in problems]
-    names, places = _named(problems, shared, own)
-    priors = _priors(experiments, problems, names, places)
+    names, places = named(problems, shared, own)
+    priors = priors_of(experiments, problems, names, places)
     joint = JointProblem(
         problems=tuple(problems),
         sizes=tuple(_size(estimate) for estimate in alone),
@@ -86,7 +86,11 @@ def fit_together(
     return estimate
 
 
-def _alone(experiment: Experiment) -> Problem:
+def without_scatter(experiment: Experiment) -> Problem:
+    """The problem of one experiment in a joint fit.
+
+    **Raises** `ValueError` for an experiment with scatter.
+    """
     if experiment.scatter is not None and experiment.scatter.scatters:
         raise ValueError(
             "A joint fit has no scatter from impact to impact: fit each experiment alone, or leave "
@@ -152,7 +156,7 @@ def _padded(experiments: Sequence[Experiment]) -> list[Experiment]:
     ]
 
 
-def _priors(
+def priors_of(
     experiments: Sequence[Experiment],
     problems: Sequence[Problem],
     names: tuple[str, ...],
@@ -169,7 +173,7 @@ def _priors(
     return found
 
 
-def _named(
+def named(
     problems: Sequence[Problem], shared: Sequence[str], own: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[tuple[int, ...], ...]]:
     """The joint names, and for each problem the indices of its parameters among them."""
