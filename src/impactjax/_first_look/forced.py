@@ -171,7 +171,7 @@ def _initial(
     """State at the first sample, from those before the first impact, which is not seen as such if
     it follows at once.
     """
-    count = max(min(first + 1 - _MARGIN, _MOST), _FEWEST)
+    count = min(max(min(first + 1 - _MARGIN, _MOST), _FEWEST), len(ts))
     while True:
         state, _, left = _state(ts, places, pull, 0, np.arange(count))
         if count <= _FEWEST or np.std(left) < _CLOSE * noise:

@@ -130,8 +130,9 @@ def _segments(experiment: Experiment, recording: Recording, count: int) -> list[
         )
         for begin, end in pairwise(ends)
     ]
+    problem = build_problem(experiment)
     first = dataclasses.replace(experiment, recording=parts[0].padded(longest))
-    return [first, *(_later(experiment, part, longest) for part in parts[1:])]
+    return [first, *(_later(experiment, problem, part, longest) for part in parts[1:])]
 
 
 def _cuts(places: np.ndarray, count: int) -> list[int]:
@@ -143,12 +144,12 @@ def _cuts(places: np.ndarray, count: int) -> list[int]:
     return [0, *tops, len(places)]
 
 
-def _later(experiment: Experiment, part: Recording, longest: int) -> Experiment:
+def _later(experiment: Experiment, problem: Problem, part: Recording, longest: int) -> Experiment:
     """The experiment of a segment after the first one, with its own initial state."""
-    model, sensor = experiment.model, experiment.sensor
+    model, sensor = problem.system.model, problem.system.sensor
     gap = 0.0 if model.lower is None else float(model.lower.gap)
     initial = part.first_look(model.oscillator, gap, sensor).initial
-    own = _names(build_problem(experiment), "initial")
+    own = _names(problem, "initial")
     return dataclasses.replace(
         experiment,
         recording=part.padded(longest),

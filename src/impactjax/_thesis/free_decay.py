@@ -7,7 +7,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.optimize import least_squares
 
 import impactjax as ij
 from impactjax._thesis.claim import Claim, Verdict, judged
@@ -60,6 +59,8 @@ def figure_2_3() -> Made:
 
 
 def _decay() -> _Decay:
+    from scipy import optimize  # a tenth of a second that other commands can do without
+
     ts = jnp.arange(round(_SECONDS * SAMPLING)) / SAMPLING
     swing = ij.ImpactOscillator(ij.Pendulum(OMEGA_N, ZETA, length=LENGTH))
     plan = ij.Experiment(
@@ -78,7 +79,7 @@ def _decay() -> _Decay:
         return ij.MultipleScales(ij.Pendulum(omega_n, zeta), start).position(ts)
 
     begin = np.array([OMEGA_N, ZETA, _ANGLE, 0.0])
-    by_formula = least_squares(lambda p: np.asarray(formula(p)) - angle, begin, "3-point")
+    by_formula = optimize.least_squares(lambda p: np.asarray(formula(p)) - angle, begin, "3-point")
     return _Decay(experiment, exact, by_formula.x, np.asarray(formula(by_formula.x)))
 
 
