@@ -63,7 +63,7 @@ def test_clipped_landing_gives_bounds(tmp_path):
         tmp_path,
         *(REAL / "phone_drop" / "fall_10_raw.csv", "--sidecar", SIDECARS / "phone_drop.toml"),
     )
-    ((clipped, dropped),) = found.document["notes"].values()
+    ((clipped, dropped, *_),) = found.document["notes"].values()
     assert clipped.startswith("4 of 1388 samples are clipped")
     assert "only 2.741 to 3.5" in dropped
     assert "fall from rest" in dropped

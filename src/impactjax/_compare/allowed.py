@@ -29,7 +29,8 @@ def allowing(
     may_rub: frozenset[str],
     settings: Settings,
 ) -> tuple[dict[str, Fitted], list[str]]:
-    """Fits whose intervals hold those with each undecided parameter, and sentences on them.
+    """Fits whose intervals hold those with each undecided parameter, and sentences on them. Those
+    of a free flight stay, since the parameters of no contact depend on what was held.
 
     **Arguments:**
 
@@ -47,6 +48,8 @@ def allowing(
 
     def allowed(name: str) -> Fitted:
         fitted = final[name]
+        if fitted.is_free_flight:
+            return fitted
         if not (bool(fitted.estimate.usable) and bool(plain[name].estimate.converged)):
             return fitted
         before = plain[name].estimate
