@@ -99,7 +99,7 @@ def _crossing(direction: int):
 
 
 def deviations(case: Case, seed: int) -> tuple[dict[str, tuple[bool, float]], float]:
-    """Whether each interval holds the truth, each deviation in errors, and the seconds of a fit."""
+    """Coverage of each truth by its interval, with its deviation in errors; seconds of the fit."""
     random = np.random.default_rng(seed)
     phase = random.uniform(-np.pi, np.pi)
     ts, values = angles(case, phase)

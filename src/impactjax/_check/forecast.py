@@ -70,8 +70,8 @@ def forecasts(found: Survey, noise: Noise) -> Forecasts | None:
     if sampled and not isinstance(recording.quantity, AbstractPlace | AbstractSpeed):
         return None
     known = {type(make()) for make in OSCILLATORS.values()}
-    forced = len(look.oscillator.inertia(np.zeros(1), np.zeros(1))) > 0
-    if type(look.oscillator) not in known or forced or not noise.size > 0:
+    has_closed_form = type(look.oscillator) in known and not look.oscillator.is_forced()
+    if not has_closed_form or not noise.size > 0:
         return None
     rows = _rows(found, noise)
     stops = not look.swings_freely

@@ -11,7 +11,6 @@ from impactjax._compare.comparison import Fitted
 from impactjax._compare.fit_models import Settings, ranked
 from impactjax._compare.oscillators import DRY_FRICTION
 from impactjax._compare.prepare import WITH_DRY_FRICTION
-from impactjax._compare.ranking import fall
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.fit import best_from
 from impactjax._fit.scatter_test import with_normal_scatter
@@ -48,18 +47,17 @@ def allowing(
 
     def allowed(name: str) -> Fitted:
         fitted = final[name]
-        if fitted.is_free_flight:
-            return fitted
-        if not (bool(fitted.estimate.usable) and bool(plain[name].estimate.converged)):
-            return fitted
         before = plain[name].estimate
+        has_result = bool(fitted.estimate.usable) and bool(before.converged)
+        if fitted.is_free_flight or not has_result:
+            return fitted
         for other, what in _variants(before, own[name], name in rubs, settings):
             more = _fitted_near(other, before, fitted.estimate.scatter is not None, settings)
             if not bool(more.usable):
                 continue
             fitted = fitted._replace(estimate=_holding(fitted.estimate, more))
             if name == best:
-                said.append(_words(what, fitted.estimate, more))
+                said.append(_words(what, more))
         return fitted
 
     found = dict(zip(final, settings.each(allowed, final), strict=True))
@@ -99,15 +97,11 @@ def _holding(estimate: Estimate[Problem], other: Estimate[Problem]) -> Estimate[
     return holding(estimate, low, high)
 
 
-def _words(name: str, before: Estimate[Problem], after: Estimate[Problem]) -> str:
+def _words(name: str, after: Estimate[Problem]) -> str:
     """The sentence on a parameter for which intervals allow."""
-    own, gain = after[name], fall(before, after)
-    shown = name.replace("_", " ")
-    if name == DRY_FRICTION:
-        most = with_unit(f"{own.high:.2g}", own.unit)
-        return f"The record does not exclude {shown} of up to {most}: all intervals allow for it."
-    value = with_unit(f"{own.value:.4g}", own.unit)
-    return (
-        f"Another {shown} is not excluded: with {value} AIC falls by {gain:.0f}. All intervals "
-        "allow for it."
-    )
+    own, shown = after[name], name.replace("_", " ")
+    if name != DRY_FRICTION:
+        value = with_unit(f"{own.value:.4g}", own.unit)
+        return f"Another {shown} is not excluded, such as {value}: all intervals allow for it."
+    most = f" of up to {with_unit(f'{own.high:.2g}', own.unit)}" if np.isfinite(own.high) else ""
+    return f"The record does not exclude {shown}{most}: all intervals allow for it."

@@ -40,14 +40,12 @@ def fit_in_segments(
     starts: Starts = Starts(1),
     optimiser: LevenbergMarquardt = LevenbergMarquardt(),
 ) -> Estimate[JointProblem]:
-    """One estimate from a recorded motion that no single simulation follows: one that is chaotic,
-    or that was disturbed on its way.
+    """One estimate from a recorded motion that no single simulation follows, because it is chaotic.
 
     The recording is cut into segments, at high places between impacts. They share the model and the
     sensor; the state at the start of each is fitted, with a name that carries its number:
-    `theta0[3]`. As in multiple shooting, each segment is short enough for a search. That segments
-    join is not required: it would tell little more, and would be wrong where the motion is
-    disturbed. Restitution has no scatter from impact to impact. A low-pass of the sensor begins
+    `theta0[3]`. As in multiple shooting, each segment is short enough for a search; but segments
+    need not join. Restitution has no scatter from impact to impact. A low-pass of the sensor begins
     anew in each segment, as if the motion had been straight before.
 
     Source: H. G. Bock (1983), "Recent advances in parameter identification techniques for O.D.E.",
@@ -192,7 +190,8 @@ def _with_other_states(
         random[0] = 0.0
         ts = np.asarray(problem.recording.instants, float)
         span = _SAMPLES * float(np.median(np.diff(ts)))
-        rates = np.array(["dot" in name for name in problem.names])
+        known_paths = handles(problem.system)
+        rates = np.array([known_paths[name].path[-1] == "velocity" for name in problem.names])
         spread = _SPREAD * noise * np.where(rates, 1 / span, 1.0) * initial
         own = values[list(places)]
         lanes = problem.coordinates(own + spread * random)

@@ -100,6 +100,10 @@ class AbstractOscillator(eqx.Module):
         del times
         return np.zeros((0, len(places)))
 
+    def is_forced(self) -> bool:
+        """True if the base moves."""
+        return len(self.inertia(np.zeros(1), np.zeros(1))) > 0
+
     def has_equilibrium(self) -> bool:
         """True if the mass swings about an equilibrium that does not depend on the stops."""
         return False

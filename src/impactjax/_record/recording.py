@@ -222,7 +222,7 @@ class Recording(AbstractRecording):
         if push is not None and pulse is not None:
             return look_at_blow(ts, push, pulse, oscillator)
         places = self.quantity.coordinate(ts, values, oscillator)
-        look = look_at_forced_motion if len(oscillator.inertia(ts, places)) else look_at_motion
+        look = look_at_forced_motion if oscillator.is_forced() else look_at_motion
         return look(ts, places, oscillator, gap, own._contact_duration())
 
     def free_part(self, look: FirstLook) -> Part | None:
