@@ -208,7 +208,7 @@ def test_resonance_response_to_sine(frequency):
     ts = np.linspace(0.0, 40.0, 4001)
     omega = 2 * math.pi * frequency
     sine, rates = np.sin(omega * ts), omega * np.cos(omega * ts)
-    found = ij.Resonance(1.0, 0.3).filtered(*map(jnp.asarray, (ts, sine, rates)))
+    found = ij.Resonance(1.0, 0.3).filtered(jnp.asarray(ts), jnp.asarray(sine), jnp.asarray(rates))
     gain = 1 / (1 - frequency**2 + 0.6j * frequency)
     expected = np.imag(gain * np.exp(1j * omega * ts))
     np.testing.assert_allclose(np.asarray(found)[ts > 30], expected[ts > 30], atol=2e-5)

@@ -20,7 +20,7 @@ COUNT = 4001  # one number of samples, so that no operation compiles twice
 def filtered(order, ts, values, rates):
     assert len(ts) == COUNT
     low_pass = ij.Butterworth(CUTOFF, order=order)
-    return np.asarray(low_pass.filtered(*map(jnp.asarray, (ts, values, rates))))
+    return np.asarray(low_pass.filtered(jnp.asarray(ts), jnp.asarray(values), jnp.asarray(rates)))
 
 
 def poles(order):
@@ -75,7 +75,8 @@ def test_low_pass_derivative_by_cutoff():
 
     @jax.jit
     def response(cutoff):
-        return ij.Butterworth(cutoff).filtered(*map(jnp.asarray, (STEP_TIMES, *STEP)))
+        values, rates = map(jnp.asarray, STEP)
+        return ij.Butterworth(cutoff).filtered(jnp.asarray(STEP_TIMES), values, rates)
 
     _, found = jax.jvp(response, (CUTOFF,), (1.0,))
     np.testing.assert_allclose(found[2:], 2 * AT * np.exp(-AT) * np.sin(AT) / CUTOFF, atol=1e-10)

@@ -73,9 +73,6 @@ class Strain(ij.AbstractQuantity):
     def value(self, model, trajectory):
         return GAUGE * trajectory.position
 
-    def rate(self, model, trajectory):
-        return GAUGE * trajectory.velocity
-
     def coordinate(self, ts, values, oscillator):
         return values / GAUGE
 

@@ -200,6 +200,7 @@ from impactjax._simulate.coefficients import (
     coefficients_of_restitution as coefficients_of_restitution,
 )
 from impactjax._simulate.impact_log import ImpactLog as ImpactLog
+from impactjax._simulate.jumps import Jumps as Jumps
 from impactjax._simulate.lane_state import LaneState as LaneState
 from impactjax._simulate.rest_log import RestLog as RestLog
 from impactjax._simulate.runge_kutta import RungeKutta as RungeKutta

@@ -69,16 +69,14 @@ class AbstractQuantity(eqx.Module):
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         """The quantity at the samples of a trajectory."""
 
-    @abc.abstractmethod
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        """The time derivative of the quantity at the samples."""
-
     def filtered(
         self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
     ) -> Samples:
-        """The output at the samples of a low-pass with this quantity as its input."""
-        values, rates = self.value(model, trajectory), self.rate(model, trajectory)
-        return low_pass.filtered(trajectory.ts, values, rates)
+        """The output at the samples of a low-pass with this quantity as its input. Its rate is
+        computed from differences of its samples, as if it had no kinks between them.
+        """
+        values = self.value(model, trajectory)
+        return low_pass.filtered(trajectory.ts, values, slopes(trajectory.ts, values))
 
     @abc.abstractmethod
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
@@ -109,39 +107,40 @@ class AbstractPlace(AbstractQuantity):
         del model
         return trajectory.position
 
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
+    def filtered(
+        self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
+    ) -> Samples:
         del model
-        return trajectory.velocity
+        each = trajectory
+        return low_pass.filtered(each.ts, each.position, each.velocity, each.jumps)
 
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         del ts, oscillator
         return values
 
 
-class AbstractDifferenced(AbstractQuantity):
-    """A quantity that changes much during a contact. Its rate is computed from differences of its
-    samples.
-    """
+class AbstractSpeed(AbstractQuantity):
+    """The rate of the coordinate."""
 
     density: ClassVar[int] = 4
-
-    def rate(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
-        return slopes(trajectory.ts, self.value(model, trajectory))
-
-
-class AbstractSpeed(AbstractDifferenced):
-    """The rate of the coordinate."""
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         del model
         return trajectory.velocity
+
+    def filtered(
+        self, low_pass: AbstractLowPass, model: ImpactOscillator, trajectory: Trajectory
+    ) -> Samples:
+        del model
+        each = trajectory
+        return low_pass.filtered_velocity(each.ts, each.position, each.velocity, each.jumps)
 
     def coordinate(self, ts: Row, values: Row, oscillator: AbstractOscillator) -> Row:
         del oscillator
         return from_velocity(ts, values)
 
 
-class AbstractPulsed(AbstractDifferenced):
+class AbstractPulsed(AbstractQuantity):
     """A quantity with a pulse at each contact: `factor` times the acceleration of the coordinate,
     and a rest without pulses.
 
@@ -149,6 +148,8 @@ class AbstractPulsed(AbstractDifferenced):
     whole impulse of a contact, however short. Before the first sample the motion was free, or at
     rest.
     """
+
+    density: ClassVar[int] = 4
 
     @abc.abstractmethod
     def factor(self, model: ImpactOscillator) -> Float[Array, "..."]:
@@ -166,7 +167,7 @@ class AbstractPulsed(AbstractDifferenced):
             jnp.where(flies, slopes(ts, free)[0], 0.0),
         )
         pulses = low_pass.filtered_acceleration(
-            ts, trajectory.position, trajectory.velocity, before
+            ts, trajectory.position, trajectory.velocity, before, trajectory.jumps
         )
         rest = self.value(model, trajectory) - factor * inner
         return factor * pulses + low_pass.filtered(ts, rest, slopes(ts, rest))

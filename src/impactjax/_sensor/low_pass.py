@@ -2,6 +2,7 @@
 
 import abc
 import math
+from collections.abc import Callable
 from typing import TypeAlias
 
 import equinox as eqx
@@ -17,36 +18,58 @@ from impactjax._parameter import (
     raise_if_violated,
     range_requirements,
 )
+from impactjax._sensor.kinks import Kinks, kinks_of
 from impactjax._shown import with_numbers
+from impactjax._simulate.jumps import Jumps
 from impactjax._types import AngularFrequency, Samples
 
 Mode: TypeAlias = tuple[Complex[Array, ""], Complex[Array, ""]]  # pole and residue
 Pieces: TypeAlias = tuple[Float[Array, " intervals"], ...]
 Before = tuple[Float[AnyArray, ""], Float[AnyArray, ""]]  # value and rate at the first sample
+Jumped: TypeAlias = Complex[Array, " jumps"]
+After: TypeAlias = Callable[[Complex[Array, ""], Jumped], Jumped]
 
 _LIGHTLY = 0.99  # largest damping of an instrument that rings
 _TERMS = 14  # number of terms of a series with terms below 6 / (j + 4)!
 
 
 class AbstractLowPass(eqx.Module):
-    """A linear filter between the quantity and its samples."""
+    """A linear filter between the quantity and its samples.
+
+    Its input is known at the samples by value and rate, and by the jumps of the rate between them,
+    as at the impacts on a rigid stop; without `jumps` there is none.
+    """
 
     @abc.abstractmethod
-    def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
-        """The filter's output at the times `ts`.
+    def filtered(
+        self, ts: Samples, values: Samples, rates: Samples, jumps: Jumps | None = None
+    ) -> Samples:
+        """The filter's output at the times `ts`. Before the first sample its input was a straight
+        line.
+        """
 
-        Its input is known there by value and rate. Before the first sample it was a straight line.
+    @abc.abstractmethod
+    def filtered_velocity(
+        self, ts: Samples, positions: Samples, velocities: Samples, jumps: Jumps | None = None
+    ) -> Samples:
+        """The filter's output at the times `ts` for the derivative of a position as input. Before
+        the first sample the velocity was a straight line.
         """
 
     @abc.abstractmethod
     def filtered_acceleration(
-        self, ts: Samples, positions: Samples, velocities: Samples, before: Before
+        self,
+        ts: Samples,
+        positions: Samples,
+        velocities: Samples,
+        before: Before,
+        jumps: Jumps | None = None,
     ) -> Samples:
         """The filter's output at the times `ts` for the second derivative of a position as input.
 
-        The position is known there with its velocity, and stands for all that the acceleration does
-        in between: the pulse of a contact that is shorter than a sample, or the impulse of a rigid
-        stop. Before the first sample the acceleration was a straight line.
+        Position and velocity stand for all that the acceleration does between the samples: the
+        pulse of a contact that is shorter than a sample; a jump is an impulse. Before the first
+        sample the acceleration was a straight line.
         """
 
     __repr__ = with_numbers
@@ -55,23 +78,55 @@ class AbstractLowPass(eqx.Module):
 class AbstractModes(AbstractLowPass):
     """A filter whose impulse response is a sum of damped exponentials, Re Σ A exp(p t). Each is
     propagated from sample to sample, exactly for an input that is a cubic polynomial between
-    samples.
+    samples with jumps of its rate.
     """
 
     @abc.abstractmethod
     def modes(self) -> list[Mode]:
         """Poles p with Im p ≥ 0, and their residues A [1/s]."""
 
-    def filtered(self, ts: Samples, values: Samples, rates: Samples) -> Samples:
-        return self._response(ts, _cubic(ts, values, rates), (values[0], rates[0]))
+    def filtered(
+        self, ts: Samples, values: Samples, rates: Samples, jumps: Jumps | None = None
+    ) -> Samples:
+        kinks = kinks_of(jumps, ts)
+        pieces = _cubic(ts, values, rates, kinks)
+        return self._response(ts, pieces, (values[0], rates[0]), kinks, _after_kink)
+
+    def filtered_velocity(
+        self, ts: Samples, positions: Samples, velocities: Samples, jumps: Jumps | None = None
+    ) -> Samples:
+        kinks, h = kinks_of(jumps, ts), jnp.diff(ts)
+        _, first, second, third = _cubic(ts, positions, velocities, kinks)
+        pieces = first / h, 2 * second / h, 3 * third / h
+        before = velocities[0], pieces[1][0] / h[0]
+        return self._response(ts, pieces, before, kinks, _after_step)
 
     def filtered_acceleration(
-        self, ts: Samples, positions: Samples, velocities: Samples, before: Before
+        self,
+        ts: Samples,
+        positions: Samples,
+        velocities: Samples,
+        before: Before,
+        jumps: Jumps | None = None,
     ) -> Samples:
-        return self._response(ts, _curvature(ts, positions, velocities), before)
+        kinks, h = kinks_of(jumps, ts), jnp.diff(ts)
+        _, _, second, third = _cubic(ts, positions, velocities, kinks)
+        pieces = 2 * second / h**2, 6 * third / h**2
+        return self._response(ts, pieces, before, kinks, _after_impulse)
 
-    def _response(self, ts: Samples, pieces: Pieces, before: Before) -> Samples:
-        each = (jnp.real(a * _mode(p, ts, pieces, before)) for p, a in self.modes())
+    def _response(
+        self, ts: Samples, pieces: Pieces, before: Before, kinks: Kinks, after: After
+    ) -> Samples:
+        """Output for an input by its polynomials between samples, and what its kinks add to them
+        until the next sample.
+        """
+
+        def mode(pole: Complex[Array, ""]) -> Complex[Array, " samples"]:
+            late = kinks.after.astype(pole.dtype)
+            added = kinks.size.astype(pole.dtype) * after(pole, late)
+            return _mode(pole, ts, pieces, before, kinks.summed(added, ts))
+
+        each = (jnp.real(a * mode(p)) for p, a in self.modes())
         return sum(each, jnp.zeros_like(ts))
 
 
@@ -147,22 +202,34 @@ def _times(constant: complex, scale: AngularFrequency) -> Complex[Array, "..."]:
     return jax.lax.complex(constant.real * scale, constant.imag * scale)
 
 
-def _cubic(ts: Samples, values: Samples, rates: Samples) -> Pieces:
-    """Coefficients of the cubic between samples."""
-    h, rise = jnp.diff(ts), jnp.diff(values)
-    start, end = rates[:-1] * h, rates[1:] * h
+def _cubic(ts: Samples, values: Samples, rates: Samples, kinks: Kinks) -> Pieces:
+    """Coefficients of the cubic between samples, without what its kinks add to it."""
+    h = jnp.diff(ts)
+    rise = jnp.diff(values) - kinks.summed(kinks.size * kinks.after, ts)
+    start, end = rates[:-1] * h, (rates[1:] - kinks.summed(kinks.size, ts)) * h
     return values[:-1], start, 3 * rise - 2 * start - end, start + end - 2 * rise
 
 
-def _curvature(ts: Samples, values: Samples, rates: Samples) -> Pieces:
-    """Coefficients of the second derivative of the cubic between samples."""
-    _, _, second, third = _cubic(ts, values, rates)
-    h = jnp.diff(ts)
-    return 2 * second / h**2, 6 * third / h**2
+def _after_kink(pole: Complex[Array, ""], t: Jumped) -> Jumped:
+    """Response ∫₀ᵗ exp(p (t − τ)) τ dτ to a ramp."""
+    return t**2 * _moments(pole * t)[1]
+
+
+def _after_step(pole: Complex[Array, ""], t: Jumped) -> Jumped:
+    """Response ∫₀ᵗ exp(p (t − τ)) dτ to a step."""
+    return t * _moments(pole * t)[0]
+
+
+def _after_impulse(pole: Complex[Array, ""], t: Jumped) -> Jumped:
+    return jnp.exp(pole * t)
 
 
 def _mode(
-    pole: Complex[Array, ""], ts: Samples, pieces: Pieces, before: Before
+    pole: Complex[Array, ""],
+    ts: Samples,
+    pieces: Pieces,
+    before: Before,
+    added: Complex[Array, " intervals"],
 ) -> Complex[Array, " samples"]:
     """Response m = ∫ exp(p (t − τ)) x(τ) dτ at the samples, to an x that is a polynomial between
     samples, and was linear before the first.
@@ -170,6 +237,7 @@ def _mode(
     **Arguments:**
 
     - `pieces`: its coefficients, for the time since a sample relative to the interval.
+    - `added`: what the kinks in each interval add to the response at its end.
     """
     h = jnp.diff(ts).astype(pole.dtype)
     value, rate = (x.astype(pole.dtype) for x in before)
@@ -183,7 +251,7 @@ def _mode(
         return mode, mode
 
     # A sequential scan: an associative one takes 3 to 50 times as long on a CPU.
-    _, modes = jax.lax.scan(carried, first, (decay, gain * h))
+    _, modes = jax.lax.scan(carried, first, (decay, gain * h + added))
     return jnp.concatenate([first[None], modes])
 
 

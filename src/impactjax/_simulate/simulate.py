@@ -32,6 +32,7 @@ from impactjax._simulate.chatter import Chatter
 from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.diagnosis import admitted
 from impactjax._simulate.impact_log import Impacts, impacts_of
+from impactjax._simulate.jumps import jumps_of
 from impactjax._simulate.lane import Run
 from impactjax._simulate.lane_state import LaneState, lane_state_at
 from impactjax._simulate.loop import record_steps
@@ -77,7 +78,7 @@ def simulate(
       single precision. The order of the default step depends on it, and a new order is compiled
       anew.
     - `max_steps`: most steps of a lane. Memory grows with it, computing time hardly does.
-    - `max_impacts`: rows of the impact log and of the rest log.
+    - `max_impacts`: rows of the impact log, of the rest log and of the jumps.
     - `chatter`: condition for summing an infinite series of impacts in closed form.
     - `factors`: factor on the speed at which the mass leaves the stop after each impact, in the
       order of the impacts, shape (impacts,) [1]: restitution that scatters. It is 1 for later
@@ -188,6 +189,7 @@ def _simulate(
         velocity=jnp.where(known, velocity, jnp.nan),
         impacts=impacts,
         rests=rests,
+        jumps=jumps_of(path, record.log, max_impacts),
         nearest_miss=nearest_miss,
         magnification=magnified,
         final=dataclasses.replace(record.final, point=end),

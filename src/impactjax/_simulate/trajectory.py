@@ -6,6 +6,7 @@ from jaxtyping import Array, Float, Int
 from impactjax._known import is_known
 from impactjax._results import RESULTS
 from impactjax._simulate.impact_log import ImpactLog
+from impactjax._simulate.jumps import Jumps
 from impactjax._simulate.lane_state import LaneState
 from impactjax._simulate.rest_log import RestLog
 
@@ -27,6 +28,7 @@ class Trajectory(eqx.Module):
     - `velocity`: its rate [rad/s] or [m/s].
     - `impacts`: the impact log.
     - `rests`: the rest log.
+    - `jumps`: times and sizes of the jumps of velocity.
     - `nearest_miss`: least distance from a stop without touching it, at a turn in flight or at the
       end of a run on the way to a stop; infinite without either [m]. Together with the smallest
       approach speed in the impact log it shows how far the number of impacts is from changing:
@@ -46,6 +48,7 @@ class Trajectory(eqx.Module):
     velocity: Float[Array, "... samples"]
     impacts: ImpactLog
     rests: RestLog
+    jumps: Jumps
     nearest_miss: Float[Array, "..."]
     magnification: Float[Array, "..."]
     final: LaneState
