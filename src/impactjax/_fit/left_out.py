@@ -35,6 +35,7 @@ from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.sensor import Sensor
 
 _NOTICED = 2.0  # expected fall of AIC, at two standard errors or more
+_DOUBTED = ("cutoff",)  # a wrong value of it moves the others, and hardly shows
 _ROUNDS = 3  # fits with more and more parameters
 _TESTED = ("gap", "drag", "dry_friction")  # beside those of the sensor
 _FIRST = 1e-7  # first step of a difference, relative to the value, or in its unit
@@ -130,10 +131,13 @@ def needed(
 def not_excluded(
     estimate: Estimate[Problem], fixed: Sequence[str] = (), search: Search = Search()
 ) -> list[HeldParameter]:
-    """The parameters that are expected to lower AIC noticeably, but less than clearly."""
+    """The parameters that are expected to lower AIC noticeably, but less than clearly; and the
+    cutoff of a low-pass, however little it is expected to lower AIC.
+    """
     candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in fixed]
     tests = [held for held, _ in _tests(estimate, linearised(estimate), candidates)]
-    return [held for held in tests if held.gain > _NOTICED and not held.is_needed]
+    noticed = [held for held in tests if held.gain > _NOTICED or held.name in _DOUBTED]
+    return [held for held in noticed if not held.is_needed]
 
 
 def _sensor_with(sensor: Sensor, found: Sequence[HeldParameter]) -> Sensor:
