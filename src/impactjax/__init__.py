@@ -47,6 +47,7 @@ from impactjax._fit.bootstrap import Bootstrap as Bootstrap
 from impactjax._fit.bootstrap import bootstrap as bootstrap
 from impactjax._fit.estimate import Estimate as Estimate
 from impactjax._fit.fit import fit as fit
+from impactjax._fit.fit_data import fit_data as fit_data
 from impactjax._fit.fit_in_segments import fit_in_segments as fit_in_segments
 from impactjax._fit.fit_together import fit_together as fit_together
 from impactjax._fit.fit_together import of_experiment as of_experiment
@@ -140,6 +141,7 @@ from impactjax._parameter import as_optional_parameter as as_optional_parameter
 from impactjax._parameter import as_parameter as as_parameter
 from impactjax._parameter import parameter as parameter
 from impactjax._problem.build_problem import build_problem as build_problem
+from impactjax._problem.data_problem import DataProblem as DataProblem
 from impactjax._problem.experiment import Experiment as Experiment
 from impactjax._problem.loss import AbstractLoss as AbstractLoss
 from impactjax._problem.loss import Cauchy as Cauchy

@@ -8,8 +8,8 @@ from jaxtyping import Float
 
 from impactjax._known import AnyArray, namespace
 from impactjax._parameter import Range, plain
+from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._problem.parameters import Handle
-from impactjax._problem.problem import Problem
 from impactjax._shown import with_numbers
 
 _FADING_SPREAD, _CONTACT_SPREAD, _OTHER_SPREAD = 1.5, 1.0, 0.02
@@ -36,15 +36,14 @@ class Starts(eqx.Module):
         if self.count < 1:
             raise ValueError(f"Argument `count` must be at least 1, but it is {self.count}.")
 
-    def lanes(self, problem: Problem) -> Float[AnyArray, "lanes parameters"]:
+    def lanes(self, problem: AbstractProblem) -> Float[AnyArray, "lanes parameters"]:
         """The starts in the coordinates of a search."""
-        known, random = problem.handles(), np.random.default_rng(self.seed)
-        columns = []
-        for name in problem.names:
-            value = plain(known[name].get(problem.system))
-            spread = _spread(known[name])
+        random, columns = np.random.default_rng(self.seed), []
+        begin = zip(problem.handles().values(), problem.starting_values(), strict=True)
+        for handle, start in begin:
+            value, spread = plain(start), _spread(handle)
             scatter = random.uniform(-spread, spread, self.count - 1).astype(value.dtype)
-            columns.append(_within(known[name].allowed, value, np.exp(scatter)))
+            columns.append(_within(handle.allowed, value, np.exp(scatter)))
         return problem.coordinates(namespace(*columns).stack(columns, axis=1))
 
     __repr__ = with_numbers

@@ -6,13 +6,13 @@ from typing import TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from impactjax._identify.information import Information, PerParameter, informed
-from impactjax._identify.parameters import chosen
-from impactjax._known import AnyArray, is_known
+from impactjax._known import AnyArray
+from impactjax._problem.checks import check_sigma
 from impactjax._problem.parameters import with_values
+from impactjax._problem.parts import chosen
 from impactjax._refusal import as_names, check_function, check_kind, returned
 from impactjax._types import Numbers, Scalar
 
@@ -49,7 +49,7 @@ def information_in(
     free, fixed = as_names("free", free), as_names("fixed", fixed)
     if both := sorted({*free} & {*fixed}):
         raise ValueError(f"`{both[0]}` is in both `free` and `fixed`.")
-    _check_sigma(sigma)
+    check_sigma(sigma)
     parameters = chosen(part, free, fixed)
     values = jnp.stack([_number(name, each.get(part)) for name, each in parameters.items()])
     noise = jnp.asarray(sigma, values.dtype)
@@ -64,16 +64,6 @@ def information_in(
         return jnp.ravel(found / noise)
 
     return informed(parameters, values, jax.jacfwd(in_units)(values))
-
-
-def _check_sigma(sigma: object) -> None:
-    """Raises `TypeError` for what is no number, and `ValueError` for one that is not positive."""
-    if not is_known(sigma):
-        return
-    if np.asarray(sigma).dtype.kind not in "iuf":
-        raise TypeError(f"Argument `sigma` must be a number, or several, but it is {sigma!r}.")
-    if not np.all(np.asarray(sigma) > 0):
-        raise ValueError(f"Argument `sigma` must be positive, but it is {sigma}.")
 
 
 def _number(name: str, value: Scalar) -> Scalar:

@@ -22,13 +22,13 @@ from impactjax._identify.directions import DETERMINED, principal_axes
 from impactjax._identify.experiment_information import information
 from impactjax._identify.information import Information
 from impactjax._identify.information_in import information_in
-from impactjax._identify.parameters import chosen
 from impactjax._known import known
 from impactjax._optimise.coordinates import FARTHEST
 from impactjax._parameter import Range
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.parameters import Handle, with_values
+from impactjax._problem.parts import chosen
 from impactjax._refusal import whole
 from impactjax._types import Numbers
 

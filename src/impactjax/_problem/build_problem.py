@@ -47,7 +47,7 @@ def pose(experiment: Experiment) -> Problem:
     names = tuple(name for name in known if name in wanted)
     check_priors(experiment.priors, names)
     for name, (low, high) in experiment.bounds:
-        check_bounds(name, low, high, names, system)
+        check_bounds(name, low, high, {each: known[each] for each in names}, system)
     traced = isinstance(recording.valid, Tracer)
     count = recording.valid.shape[0] if traced else int(np.asarray(recording.valid).sum())
     if count <= len(names):

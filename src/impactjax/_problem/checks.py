@@ -1,18 +1,20 @@
 """Checks of the names and values that a fit is asked for."""
 
 import difflib
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from functools import reduce
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 from jaxtyping import ArrayLike
 
+from impactjax._known import is_known
 from impactjax._parameter import Range, as_parameter
 from impactjax._problem.experiment import Experiment
-from impactjax._problem.parameters import handles
+from impactjax._problem.parameters import Handle, handles
 from impactjax._sensor.system import System
 
 
@@ -63,23 +65,33 @@ def check_value(name: str, value: ArrayLike, allowed: Range) -> None:
 
 
 def check_bounds(
-    name: str, low: float, high: float, names: Collection[str], system: System
+    name: str, low: float, high: float, fitted: Mapping[str, Handle], part: eqx.Module
 ) -> None:
-    """Checks that bounds belong to a fitted parameter, lie in its range and enclose its starting
-    value.
+    """Checks that bounds belong to a fitted parameter of a part, lie in its range and enclose its
+    starting value.
     """
-    check_known(name, names)
-    handle = handles(system)[name]
+    check_known(name, fitted)
+    handle = fitted[name]
     if low < handle.allowed.low or high > handle.allowed.high:
         raise ValueError(
             f"The bounds of `{name}`, {low:g} and {high:g}, must lie within its range: it must be "
             f"{handle.allowed.describe()}."
         )
-    value = handle.get(system)
+    value = handle.get(part)
     if not isinstance(value, Tracer) and not low <= float(value) <= high:
         raise ValueError(
             f"`{name}` starts at {float(value):g}, outside its bounds {low:g} and {high:g}."
         )
+
+
+def check_sigma(sigma: object) -> None:
+    """Raises `TypeError` for what is no number, and `ValueError` for one that is not positive."""
+    if not is_known(sigma):
+        return
+    if np.asarray(sigma).dtype.kind not in "iuf":
+        raise TypeError(f"Argument `sigma` must be a number, or several, but it is {sigma!r}.")
+    if not np.all(np.asarray(sigma) > 0):
+        raise ValueError(f"Argument `sigma` must be positive, but it is {sigma}.")
 
 
 def check_known(name: str, known: Collection[str]) -> None:

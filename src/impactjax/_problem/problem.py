@@ -1,24 +1,25 @@
 """Residuals of a system against a recording, as a function of named parameters."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Bool, Float, Key
+from jaxtyping import ArrayLike, Bool, Float
 
 from impactjax._known import AnyArray, namespace, placed
 from impactjax._optimise.minimiser import Vector
-from impactjax._problem.abstract_problem import AbstractProblem, Answer, Assumed, Number
+from impactjax._problem.abstract_problem import Answer, Number
 from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.misfit import misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._problem.padding import padded_size
 from impactjax._problem.parameters import Handle, handles, replaced
-from impactjax._problem.prior import Normal, PriorRows, prior_rows
+from impactjax._problem.prior import Normal
 from impactjax._problem.scatter import AbstractScatter, NoScatter
+from impactjax._problem.single_problem import AbstractSingleProblem
 from impactjax._record.abstract_recording import AbstractRecording, Residuals, Valid
 from impactjax._sensor.system import System
 from impactjax._simulate.simulation import Simulation
@@ -27,7 +28,7 @@ from impactjax._types import Factors, Flag, Scalar
 Tie = Callable[[Mapping[str, Scalar]], ArrayLike]
 
 
-class Problem(AbstractProblem):
+class Problem(AbstractSingleProblem):
     """The least-squares problem of one recording.
 
     - `system`, `recording`: compared with each other.
@@ -59,9 +60,6 @@ class Problem(AbstractProblem):
         if not self.names:
             raise ValueError("No parameter is left to fit; all are fixed.")
 
-    def assumed(self) -> Assumed:
-        return Assumed(self.loss, self.noise)
-
     def each_recording(self) -> "list[tuple[Problem, tuple[int, ...]]]":
         return [(self, tuple(range(len(self.names))))]
 
@@ -81,49 +79,11 @@ class Problem(AbstractProblem):
     def variance(self) -> Number | None:
         return self.system.sensor.variance()
 
-    def known_before(self) -> dict[str, Normal]:
-        return dict(self.priors)
-
-    def prior_rows(self, values: Vector) -> PriorRows:
-        return prior_rows(self.priors, self.names, values)
-
-    def prior_weight(self) -> Float[AnyArray, "..."] | None:
-        return self.variance() if self.is_classical() else self.weight
-
-    @property
-    def weighs_anew(self) -> bool:
-        return bool(self.priors) and not self.is_classical()
-
-    def weighed(self, variance: Float[AnyArray, "..."] | None) -> "Problem":
-        return dataclasses.replace(self, weight=variance) if self.priors else self
-
-    def remeasured(self, values: Vector, key: Key[Array, ""]) -> "Problem":
-        keys = jax.random.split(key, max(len(self.priors), 1))
-        drawn = {
-            name: Normal(
-                values[self.names.index(name)]
-                + prior.sigma * jax.random.normal(own, (), values.dtype),
-                prior.sigma,
-            )
-            for own, (name, prior) in zip(keys, self.priors.items(), strict=False)
-        }
-        return dataclasses.replace(self, priors=drawn)
-
-    def of_record(self) -> "Problem":
-        return dataclasses.replace(self, priors={}, weight=None)
-
-    def is_classical(self) -> bool:
-        return self.variance() is not None and isinstance(self.loss, Squares)
-
     def shifted(self, rows: Residuals) -> "Problem":
         return dataclasses.replace(self, recording=self.recording.shifted(rows))
 
-    def share(self, index: int, rows: Float[AnyArray, "observations ..."]) -> AnyArray:
-        del index
-        return rows
-
     def misfit(self, residuals: Residuals) -> Number:
-        return misfit(self.recording, residuals)
+        return misfit(self.recording.variation(), residuals)
 
     def padded(self) -> "Problem":
         recording = self.recording.padded(padded_size(self.valid.shape[-1]))
@@ -170,10 +130,6 @@ class Problem(AbstractProblem):
     def log_units(self) -> Number:
         return np.zeros(())
 
-    @property
-    def sizes_found(self) -> int:
-        return int(self.variance() is None)
-
     def system_with(self, values: Vector) -> System:
         """The system with fitted parameters set, in their natural units, and tied ones computed."""
         each = placed([values[..., i] for i in range(len(self.names))])
@@ -189,11 +145,6 @@ class Problem(AbstractProblem):
     def simulated(self, system: System, logged: Flag | None = None) -> Answer:
         """Residuals of a simulated system, without their Jacobian."""
         return Answer(*self.recording.residuals(system, self.simulation, logged))
-
-    def joined(self, values: Vector, answers: Sequence[Answer]) -> Answer:
-        del values
-        (only,) = answers
-        return only
 
     def starting_values(self) -> list[Scalar]:
         return [handle.get(self.system) for handle in self.handles().values()]

@@ -1,19 +1,25 @@
 """The parameters of a part of a model, or of the whole, by name."""
 
-from collections.abc import Sequence
+import dataclasses
+from collections import Counter
+from collections.abc import Iterator, Sequence
 
 import equinox as eqx
 
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._model.initial_state import InitialState
-from impactjax._parameter import ranges
+from impactjax._parameter import Range, ranges
 from impactjax._problem.parameters import Handle, handles
 from impactjax._sensor.sensor import Sensor
 from impactjax._sensor.system import Start, System
 
 
 def parameters_of(part: eqx.Module) -> dict[str, Handle]:
-    """Path and range of each parameter of a part, by its name in a fit."""
+    """Path and range of each parameter of a part, by its name in a fit.
+
+    Parameters of parts within parts are included. Those of several that have one name are called by
+    their places, as in `wall_r` for the field `r` of the field `wall`.
+    """
     if isinstance(part, System):
         return handles(part)
     if isinstance(part, ImpactOscillator):
@@ -23,7 +29,23 @@ def parameters_of(part: eqx.Module) -> dict[str, Handle]:
             for name, handle in whole.items()
             if handle.path[0] == "model"
         }
-    return {name: Handle((name,), allowed) for name, allowed in ranges(part).items()}
+    each = list(_within(part))
+    times = Counter(path[-1] for path, _ in each)
+    return {
+        path[-1] if times[path[-1]] == 1 else "_".join(path): Handle(path, allowed)
+        for path, allowed in each
+    }
+
+
+def _within(part: eqx.Module) -> Iterator[tuple[tuple[str, ...], Range]]:
+    """Path and range of each parameter of a part and of those within it."""
+    for name, allowed in ranges(part).items():
+        yield (name,), allowed
+    for field in dataclasses.fields(part):
+        inner = getattr(part, field.name)
+        if isinstance(inner, eqx.Module):
+            for path, allowed in _within(inner):
+                yield (field.name, *path), allowed
 
 
 def chosen(part: eqx.Module, free: Sequence[str], fixed: Sequence[str]) -> dict[str, Handle]:
