@@ -95,11 +95,10 @@ def test_bouncing_ball_is_fitted_without_displacement(quantity):
     recording = ij.Recording(ts, values + noise, quantity)
     ball, known = ij.BouncingBall(), {"x_dot0": 0.0}
     prepared = ij.prepare(recording, oscillator=ball, laws=["kelvin-voigt"], fixed=known)
-    law = "kelvin-voigt"
-    found = ij.compare({law: prepared.experiments[law]}).best
+    found = ij.fit(prepared.experiments["kelvin-voigt"])
     for name, value in (("omega0", 300.0), ("gamma", 0.1), ("x0", 0.2)):
-        assert found.estimate.value(name) == pytest.approx(value, rel=0.01), name
-        assert found.estimate.verdict(name) is ij.Verdict.IDENTIFIED
+        assert found.value(name) == pytest.approx(value, rel=0.01), name
+        assert found.verdict(name) is ij.Verdict.IDENTIFIED
 
 
 def test_units_of_acceleration_and_velocity(tmp_path):
