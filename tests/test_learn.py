@@ -126,6 +126,7 @@ def test_learn_reports_progress():
     assert found.refused == 0
 
 
+@thorough
 def test_restitution_band_coverage():
     truth = ij.LearnedRestitution(KNOTS, np.array([2.6, *np.linspace(0.0, 1.2, 10), 5.0]))
     start = ij.LearnedRestitution.like(ij.LinearRestitution(0.9, 0.05), KNOTS)
