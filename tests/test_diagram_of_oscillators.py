@@ -38,8 +38,16 @@ def states_of(model, start):
 
 
 def simulated(model, start, times, tolerance):
-    limits = {"max_steps": 8192, "max_impacts": 2048}
-    return ij.simulate(model, start, times, t0=0.0, tolerance=tolerance, step=SERIES, **limits)
+    return ij.simulate(
+        model,
+        start,
+        times,
+        t0=0.0,
+        step=SERIES,
+        tolerance=tolerance,
+        max_steps=8192,
+        max_impacts=2048,
+    )
 
 
 @pytest.mark.parametrize("law", mostly_thorough(OWN, "rigid"))

@@ -110,7 +110,7 @@ def test_strongly_damped_force_peaks_at_touch():
     np.testing.assert_allclose(peak, MASS * 2 * 0.7 * OMEGA0 * SPEED, rtol=1e-12)
 
 
-def shaken(parameters, step=SERIES):
+def shaken(parameters, step: ij.AbstractStep = SERIES):
     """A ball on a floor that shakes slowly enough for it to come to rest and be thrown again."""
     r, amplitude = parameters
     base = ij.HarmonicMotion(amplitude, 10.0)
