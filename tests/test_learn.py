@@ -12,6 +12,7 @@ import numpy as np
 import optax
 import pytest
 from jaxtyping import Array
+from matplotlib.figure import Figure
 from scipy import optimize
 
 import impactjax as ij
@@ -185,8 +186,6 @@ def test_band_of_named_law_follows_from_covariance():
 
 
 def test_learned_restitution_figure():
-    from matplotlib.figure import Figure
-
     found, _ = of_softening()
     ax = ij.plot.learned_restitution(Figure().subplots(), found)
     impacts, curve = ax.get_lines()
