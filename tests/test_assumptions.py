@@ -215,7 +215,8 @@ def fitted() -> ij.Fitted:
     recording = ij.Recording(jnp.asarray(ts), jnp.asarray(values), ij.Angle())
     sensor = {"offset": 0.0, "drift": 0.0, "gain": 1.0}
     prepared = ij.prepare(recording, laws=["linear-restitution"], fixed=sensor)
-    return ij.compare(prepared, starts=ij.Starts(4)).best
+    estimate = ij.fit(prepared.experiment, starts=ij.Starts(4))
+    return ij.Fitted("linear-restitution", estimate, 0.0, stated=tuple(sensor))
 
 
 def test_scale_free_value_is_the_true_one(fitted):

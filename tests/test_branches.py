@@ -1,5 +1,7 @@
 """Periodic orbits and their branches at closed forms."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -36,11 +38,13 @@ def special(branch, kind):
     return [each for each in branch.special if each.kind == kind]
 
 
+@functools.cache
 def orbit_of_model_v(omega, amplitude):
     system = ModelV(jnp.array(amplitude), jnp.array(omega))
     return ij.periodic_orbit(system, REST, ModelV.period, multiple=2, settle=300)
 
 
+@functools.cache
 def branch_of_model_v(omega, first):
     return ij.follow(orbit_of_model_v(omega, first), amplitude, (0.3, 0.45))
 

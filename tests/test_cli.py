@@ -42,7 +42,7 @@ def simulated(tmp_path_factory):
 @pytest.fixture(scope="module")
 def found(simulated, tmp_path_factory) -> Fitted:
     out = tmp_path_factory.mktemp("found") / "deep" / "folder"
-    return fitted(out, simulated, "--law", "restitution", "--seed", "11")
+    return fitted(out, simulated, "--law", "restitution", "--seed", "11", "--fix", "dry_friction")
 
 
 @pytest.fixture(scope="module")

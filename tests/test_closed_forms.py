@@ -194,6 +194,7 @@ DERIVED = {
 def test_derivatives_of_closed_forms(name):
     """By the damping (or the exponent) and by the speed, against differences of high order."""
 
+    @jax.jit
     def outputs(x):
         found = DERIVED[name](x[0]).equivalents(x[1], MASS)
         return jnp.stack([getattr(found, field) for field in FIELDS])

@@ -40,12 +40,9 @@ def outputs(case: Case, tolerance: float, parameters):
 
 
 @functools.cache
-def jacobians(name: str):
+def jacobian(name: str, mode=jax.jacfwd):
     case = CASES[name]
-    function = functools.partial(outputs, case, 1e-12)
-    forward = jax.jit(jax.jacfwd(function))(case.parameters)
-    reverse = jax.jit(jax.jacrev(function))(case.parameters)
-    return forward, reverse
+    return jax.jit(mode(functools.partial(outputs, case, 1e-12)))(case.parameters)
 
 
 # Some derivatives vanish or all but cancel (the restitution of Kelvin-Voigt does not depend on
@@ -53,7 +50,7 @@ def jacobians(name: str):
 @pytest.mark.parametrize("name", mostly_thorough(OTHERS, "bouncing ball"))
 def test_forward_and_reverse_agree(name):
     size = np.maximum(np.abs(CASES[name].values), 0.1)
-    for forward, reverse in zip(*jacobians(name), strict=True):
+    for forward, reverse in zip(jacobian(name), jacobian(name, jax.jacrev), strict=True):
         assert np.all(np.isfinite(forward))
         scale = np.max(np.abs(forward * size))
         assert np.max(np.abs((forward - reverse) * size)) < 1e-12 * scale
@@ -64,7 +61,7 @@ def test_forward_and_reverse_agree(name):
 )
 def test_derivatives_match_richardson(name):
     case = CASES[name]
-    exact, _ = jacobians(name)
+    exact = jacobian(name)
     values = jax.jit(functools.partial(outputs, case, 1e-14))
     for i, value in enumerate(case.values):
         h = 1e-3 * max(abs(value), 0.1)
@@ -88,9 +85,7 @@ def test_derivatives_with_constant_model_parts(alone):
         return outputs(case, 1e-12, [*case.values[:i], value, *case.values[i + 1 :]])
 
     by_one = jax.jit(jax.jacfwd(along))(case.values[i])
-    for one, full in zip(
-        by_one, jacobians("pendulum with dry friction, two stops")[0], strict=True
-    ):
+    for one, full in zip(by_one, jacobian("pendulum with dry friction, two stops"), strict=True):
         column = full[..., i]
         np.testing.assert_allclose(one, column, rtol=0, atol=1e-12 * np.max(np.abs(column)))
 
@@ -141,7 +136,7 @@ def test_derivative_tests_can_fail(monkeypatch):
         return (d_t, d_y), rows._replace(h=jnp.zeros_like(rows.h))
 
     monkeypatch.setattr(replay, "_push_forward", without_event_times)
-    found = jax.jacfwd(ball_derivatives(ij.TaylorStep(order=9), 1.58, 5))(jnp.array(values))
+    found = jax.jacfwd(ball_derivatives(ij.TaylorStep(order=4), 1.58, 5))(jnp.array(values))
     assert np.max(np.abs(found[0] / position - 1)) > 1e-2
 
 

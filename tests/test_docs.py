@@ -15,8 +15,8 @@ ROOT = Path(__file__).parent.parent
 PAGES = [*ROOT.glob("*.md"), ROOT / "data" / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SLOW = (
     *("design.md", "diffrax-events.md", "engine.md", "fitting.md", "forced-response.md"),
-    *("how-do-i.md", "hybrid-systems.md", "multiple-scales.md", "other-libraries.md"),
-    *("several-recordings.md", "studies.md", "your-own.md"),
+    *("how-do-i.md", "hybrid-systems.md", "identifiability.md", "models.md", "multiple-scales.md"),
+    *("other-libraries.md", "profiles.md", "several-recordings.md", "studies.md", "your-own.md"),
 )
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 

@@ -12,6 +12,7 @@ import numpy as np
 import optax
 import pytest
 from jaxtyping import Array
+from matplotlib.figure import Figure
 from scipy import optimize
 
 import impactjax as ij
@@ -126,6 +127,7 @@ def test_learn_reports_progress():
     assert found.refused == 0
 
 
+@thorough
 def test_restitution_band_coverage():
     truth = ij.LearnedRestitution(KNOTS, np.array([2.6, *np.linspace(0.0, 1.2, 10), 5.0]))
     start = ij.LearnedRestitution.like(ij.LinearRestitution(0.9, 0.05), KNOTS)
@@ -184,8 +186,6 @@ def test_band_of_named_law_follows_from_covariance():
 
 
 def test_learned_restitution_figure():
-    from matplotlib.figure import Figure
-
     found, _ = of_softening()
     ax = ij.plot.learned_restitution(Figure().subplots(), found)
     impacts, curve = ax.get_lines()

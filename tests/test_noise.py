@@ -106,10 +106,13 @@ def filtered(cutoff: float, count: int) -> np.ndarray:
     return np.asarray(signal.sosfilt(sections, white, axis=1))[:, 500:]
 
 
+lasts = jax.jit(jax.vmap(ij.AutoregressiveNoise().lasts, (0, None)))
+
+
 def lasting(scores: np.ndarray) -> float:
     """Share of records whose correlation lasts longer than the noise model allows for."""
-    noise, count = ij.AutoregressiveNoise(), jnp.asarray(float(scores.shape[1]))
-    return float(np.mean(jax.vmap(lambda each: noise.lasts(each, count))(jnp.asarray(scores))))
+    count = jnp.asarray(float(scores.shape[1]))
+    return float(np.mean(lasts(jnp.asarray(scores), count)))
 
 
 @pytest.mark.parametrize("cutoff", [10.0, 50.0, 450.0])

@@ -131,12 +131,16 @@ def test_flat_prior_is_flat_in_the_parameters_own_unit():
     estimate = ij.fit(line(errors(), fixed=("x0",), bounds={"x_dot0": (0.3, 1.2)}))
     density = density_of(estimate)
     at = jnp.linspace(-12.0, 12.0, 4001)[:, None]
-    values = jax.vmap(lambda x: density.values(x)[0])(at)
+    values = jax.jit(jax.vmap(lambda x: density.values(x)[0]))(at)
     rows = estimate.residuals + (values - estimate.values) @ estimate.jacobian.T
     jacobian = jnp.asarray(estimate.jacobian)
-    logs, slopes = jax.vmap(
-        lambda x, row: density.log_density(x, Answer(row, estimate.impacts, jacobian))
-    )(at, rows)
+
+    @jax.jit
+    @jax.vmap
+    def of_density(x, row):
+        return density.log_density(x, Answer(row, estimate.impacts, jacobian))
+
+    logs, slopes = of_density(at, rows)
     weights = np.exp(np.asarray(logs - jnp.max(logs)))
     below = np.cumsum(weights) / np.sum(weights)
     own = stats.t(len(TS) - 1, float(estimate.values[0]), float(estimate.standard_errors[0]))

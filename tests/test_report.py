@@ -139,10 +139,9 @@ def test_browser_test_can_fail(tmp_path):
 
 
 def test_failed_law_shows_its_reason():
-    model = ij.ImpactOscillator(ij.LinearOscillator(5.0, 0.01), ij.Stop(ij.Restitution(0.5)))
-    recording = swing().problem.recording
-    inside = ij.InitialState(-1.0)
-    failed = ij.fit(ij.Experiment(model, recording, inside, fixed=("x0",), simulation=SMALL))
+    model, recording = swing().problem.system.model, swing().problem.recording
+    inside, held = ij.InitialState(-3.0), ("x_dot0",)
+    failed = ij.fit(ij.Experiment(model, recording, inside, fixed=held, simulation=SMALL))
     assert "The initial position lies inside a rigid stop" in failed.cause
     rows = law_rows([ij.Fitted("a", swing(), 0.0), ij.Fitted("b", failed, 0.0)])
     assert rows[1]["rms"] == rows[1]["behind"] == "–"
@@ -150,7 +149,9 @@ def test_failed_law_shows_its_reason():
     assert swing().cause == "converged"
     stopped = ij.LevenbergMarquardt(max_iterations=2)
     start = ij.InitialState(0.5)
-    early = ij.fit(ij.Experiment(model, recording, start, simulation=SMALL), optimiser=stopped)
+    early = ij.fit(
+        ij.Experiment(model, recording, start, fixed=held, simulation=SMALL), optimiser=stopped
+    )
     assert early.cause == "not converged: the search took all its evaluations (`max_iterations`)"
 
 

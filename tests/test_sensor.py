@@ -57,7 +57,7 @@ def test_masked_samples_are_ignored():
 def test_masks_may_differ_between_lanes():
     values, _ = line()
     masks = np.stack([KEPT, ~KEPT, np.ones(31, bool)])
-    many = jax.vmap(lambda valid: fit_line(values, valid))(jnp.asarray(masks))
+    many = jax.jit(jax.vmap(lambda valid: fit_line(values, valid)))(jnp.asarray(masks))
     for lane, mask in enumerate(masks):
         expected, errors, _ = regression(values, mask)
         np.testing.assert_allclose(many.values[lane], expected, rtol=1e-8)

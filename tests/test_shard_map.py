@@ -52,7 +52,7 @@ CHECKS = {
 def run(name: str) -> str:
     law, step, check = CHECKS[name]
     script = SCRIPT.format(law=law, step=step, check=check)
-    flags = {"XLA_FLAGS": "--xla_force_host_platform_device_count=2"}
+    flags = {"XLA_FLAGS": f"{os.environ['XLA_FLAGS']} --xla_force_host_platform_device_count=2"}
     done = subprocess.run(
         [sys.executable, "-c", script],
         env=os.environ | flags,

@@ -18,7 +18,7 @@ LAWS = {
 }
 
 
-@pytest.fixture(scope="module", params=mostly_thorough(LAWS, "kelvin_voigt", "restitution"))
+@pytest.fixture(scope="module", params=mostly_thorough(LAWS, "kelvin_voigt"))
 def recording(request, tmp_path_factory) -> tuple[str, Fitted]:
     name = request.param
     path = DATA / f"{name}.csv"
