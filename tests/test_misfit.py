@@ -78,6 +78,6 @@ def test_misfit_of_residuals_larger_than_motion(residuals, missed):
     values = np.cos(np.linspace(0.0, 40.0, 400))
     values = values / values.std()
     recording = ij.Recording(jnp.arange(400.0), jnp.asarray(values), ij.Angle())
-    share = float(jax.jit(misfit)(recording, jnp.asarray(residuals)))
+    share = float(jax.jit(misfit)(recording.variation(), jnp.asarray(residuals)))
     expected = float(np.sqrt(np.mean(residuals**2))) if missed else 0.0
     assert share == pytest.approx(expected, rel=1e-9)

@@ -1,4 +1,4 @@
-"""What the problems of a single record have in common: loss, noise and prior knowledge."""
+"""Loss, noise and prior knowledge in the problem of a single record."""
 
 import dataclasses
 from collections.abc import Sequence
