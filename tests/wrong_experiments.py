@@ -89,6 +89,7 @@ cases = {
     "choice": lambda: chosen(lambda model, a: plan, {"a": ["low"]}, lambda a: {}),
     "cost": lambda: designed(chosen(cost=lambda: None)),
     "cost of a resource": lambda: designed(chosen(cost=lambda: {"s": "long"})),
+    "cost of performances": lambda: designed(chosen(cost=lambda: {"performances": 5.0})),
     "no experiment": lambda: designed(chosen(lambda model: 3)),
     "performed": lambda: designed(performed=plan),
     "priors": lambda: designed(priors=3),
@@ -167,6 +168,8 @@ SENTENCES = {
     "choices": "TypeError: Argument `choices` must be a Mapping, such as ",
     "choice": "TypeError: Argument `a` must be a number, but it is 'low'.",
     "cost": "TypeError: Argument `cost` must return a table, but it returns None.",
+    "cost of performances": "ValueError: Each performance takes one of the `performances`, but the "
+    "cost says 5: call the resource by another name.",
     "cost of a resource": "TypeError: Argument `s` must be a number, but it is 'long'.",
     "no experiment": "TypeError: The function of the candidates must return an Experiment, or ",
     "performed": "TypeError: Argument `performed` must be a Sequence, such as ",

@@ -179,6 +179,8 @@ from impactjax._response.lyapunov import lyapunov_diagram as lyapunov_diagram
 from impactjax._response.orbit import Orbit as Orbit
 from impactjax._response.orbit import OrbitEvents as OrbitEvents
 from impactjax._response.periodic_orbit import periodic_orbit as periodic_orbit
+from impactjax._response.special_curve import SpecialCurve as SpecialCurve
+from impactjax._response.special_curve import special_curve as special_curve
 from impactjax._results import RESULTS as RESULTS
 from impactjax._sensor.abstract_quantity import AbstractQuantity as AbstractQuantity
 from impactjax._sensor.impulse_response import ImpulseResponse as ImpulseResponse

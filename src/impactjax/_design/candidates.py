@@ -95,7 +95,12 @@ class Candidates:
         for name, each in found.items():
             if not 0 <= each < math.inf:
                 raise ValueError(f"The cost `{name}` must be a number from 0 on, but is {each}.")
-        return {PERFORMANCES: 1.0} | found | {PERFORMANCES: 1.0}
+        if found.get(PERFORMANCES, 1.0) != 1:
+            raise ValueError(
+                f"Each performance takes one of the `{PERFORMANCES}`, but the cost says "
+                f"{found[PERFORMANCES]:g}: call the resource by another name."
+            )
+        return {PERFORMANCES: 1.0} | found
 
 
 def _amount(name: str, given: object) -> float:

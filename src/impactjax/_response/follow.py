@@ -1,6 +1,5 @@
 """The verb `follow`: orbit and parameter → branch."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -14,7 +13,7 @@ from impactjax._response.linear import Linear, Vector, linearised
 from impactjax._response.locate import LostError, specials_between
 from impactjax._response.newton import sizes_of
 from impactjax._response.orbit import Orbit
-from impactjax._response.parameter import Where, place_of
+from impactjax._response.parameter import Where, place_of, range_of
 from impactjax._response.point import Point, corrected, first_point
 from impactjax._results import RESULTS
 
@@ -57,14 +56,8 @@ def follow(
     check_kind("orbit", orbit, Orbit, "periodic_orbit(system, start, period)")
     if orbit.result != RESULTS.successful:
         raise ValueError(f"Argument `orbit` was not found: {RESULTS[orbit.result]}")
-    low, high = _range(between)
     linear = _along(orbit.linear, where)
-    value = float(linear.unknowns[-1])
-    if not low <= value <= high or low == high:
-        raise ValueError(
-            f"Argument `between` must be a range around the value of the parameter, {value}, but "
-            f"it is {low} to {high}."
-        )
+    low, high = range_of("between", between, float(linear.unknowns[-1]))
     check_number("longest", longest)
     if not 0 < longest < np.inf:
         raise ValueError(f"Argument `longest` must be positive and finite, but it is {longest}.")
@@ -77,16 +70,6 @@ def follow(
     down = _walked(first.reversed(), sizes, (low, high), longest, count)
     visited = [*down.visited[::-1], Visited(first), *up.visited]
     return branch_of(visited, sizes, up.complete and down.complete)
-
-
-def _range(between: tuple[float, float]) -> tuple[float, float]:
-    """The two ends of a range, as floats."""
-    check_kind("between", between, Sequence, "(0.1, 0.2)")
-    for end in between:
-        check_number("between", end)
-    if len(between) != 2 or not np.all(np.isfinite(between)):
-        raise ValueError(f"Argument `between` must be two finite numbers, but it is {between}.")
-    return float(between[0]), float(between[1])
 
 
 def _along(linear: Linear, where: Where) -> Linear:
