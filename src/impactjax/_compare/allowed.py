@@ -18,7 +18,7 @@ from impactjax._fit.fit import best_from
 from impactjax._fit.quantiles import NORMAL
 from impactjax._fit.scatter_test import with_normal_scatter
 from impactjax._fit.score_test import HeldParameter
-from impactjax._fit.uncertainty import holding
+from impactjax._fit.uncertainty import holding, within_ranges
 from impactjax._number_format import with_unit
 from impactjax._parameter import Range
 from impactjax._problem.build_problem import build_problem
@@ -156,6 +156,7 @@ def _between(one: Estimate[Problem], other: Estimate[Problem], shown: str) -> _I
     values, moved = (one.values + other.values) / 2, (other.values - one.values) / 2
     below = (one.values - one.low + other.values - other.low) / 2
     above = (one.high - one.values + other.high - other.values) / 2
-    low, high = values - np.hypot(below, moved), values + np.hypot(above, moved)
+    ends = values - np.hypot(below, moved), values + np.hypot(above, moved)
+    low, high, _, _ = within_ranges(one.problem, *ends)
     sentence = f"A {shown} is not excluded: all intervals allow for it."
     return _Intervals(np.asarray(low), np.asarray(high), sentence)
