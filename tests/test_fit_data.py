@@ -1,5 +1,7 @@
 """Fits of systems of one's own, against closed forms and records made with SciPy."""
 
+from typing import Any, cast
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -48,8 +50,7 @@ def test_fit_of_a_function_agrees_with_scipy():
     np.testing.assert_allclose(found.values, values, rtol=1e-7)
     np.testing.assert_allclose(found.covariance, covariance, rtol=1e-4)
     assert found.verdict("rate") is ij.Verdict.IDENTIFIED
-    fitted = found.problem.part_with(found.values)
-    np.testing.assert_allclose(decay(fitted), decayed(), atol=5 * SIGMA)
+    np.testing.assert_allclose(decay(found.system), decayed(), atol=5 * SIGMA)
 
 
 def test_noise_of_a_function_is_estimated_and_data_that_are_missing_do_not_count():
@@ -202,6 +203,7 @@ def test_fit_of_a_mechanism_finds_its_parameters_by_name():
         ({"record": decayed()[:-1]}, r"must return the shape of the record, \(200,\)"),
         ({"sigma": -1.0}, "`sigma` must be positive"),
         ({"sigma": [1.0, 2.0]}, "one number, one for each column or one for each datum"),
+        ({"part": Decay(1.0, -1.0, 0.3)}, "`rate` must be finite and greater than 0"),
         ({"fixed": ["size", "rate"]}, "no parameter that is left free"),
         ({"fixed": ["sizes"]}, "no parameter `sizes`"),
         ({"fixed": ["zero"], "free": ["zero"]}, "`zero` is in `fixed` and is to be fitted"),
@@ -210,6 +212,30 @@ def test_fit_of_a_mechanism_finds_its_parameters_by_name():
     ],
 )
 def test_wrong_request_is_one_sentence(changed, sentence):
-    arguments = {"record": decayed(), **changed}
+    arguments = {"part": GUESS, "record": decayed(), **changed}
     with pytest.raises(ValueError, match=sentence):
-        ij.fit_data(decay, GUESS, **arguments)
+        ij.fit_data(decay, **arguments)
+
+
+def test_data_that_cannot_be_computed_are_not_simulated():
+    found = ij.fit_data(lambda part: part.size * jnp.sqrt(-part.rate) * TIMES, GUESS, decayed())
+    assert found.cause == "not simulated: the residuals are not finite"
+
+
+def test_prediction_of_a_function():
+    """The zero of the exponential's tangent at the start: size/rate, by its profile."""
+    found = ij.fit_data(decay, GUESS, decayed(), sigma=SIGMA)
+    profile = ij.predicted(found, lambda part: part.size / part.rate, points=9)
+    size, rate = found.values
+    slopes = np.array([1 / rate, -size / rate**2])
+    error = np.sqrt(slopes @ found.covariance @ slopes)
+    assert profile.value == pytest.approx(size / rate, rel=1e-9)
+    assert profile.high - profile.low == pytest.approx(2 * 1.96 * error, rel=1e-3)
+
+
+def test_estimate_of_data_is_refused_where_a_recording_is_needed(tmp_path):
+    found = ij.fit_data(decay, GUESS, decayed(), sigma=SIGMA)
+    with pytest.raises(ValueError, match="tested for one recording fitted by `fit`"):
+        ij.left_out(cast(Any, found))
+    with pytest.raises(ValueError, match="saved if `fit` has fitted one recording"):
+        ij.io.save(tmp_path / "a.npz", cast(Any, found))

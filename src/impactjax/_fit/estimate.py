@@ -21,8 +21,7 @@ from impactjax._outcome import Outcome
 from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._problem.assumptions import Rest, assumptions, given_words, rests
 from impactjax._problem.failure import failure
-from impactjax._problem.problem import Problem
-from impactjax._sensor.system import System
+from impactjax._problem.single_problem import AbstractSingleProblem, Fitted
 from impactjax._simulate.impact_log import ImpactLog
 
 if TYPE_CHECKING:
@@ -31,9 +30,10 @@ if TYPE_CHECKING:
 
 PerParameter = Float[AnyArray, "... parameters"]
 P = TypeVar("P", bound=AbstractProblem)
+Posed = TypeVar("Posed", bound=AbstractProblem, covariant=True)
 
 
-class Estimate(eqx.Module, Generic[P]):
+class Estimate(eqx.Module, Generic[Posed]):
     """Parameters with their uncertainty, in the order of `names`.
 
     - `values`, `standard_errors`: in the parameter's own unit. The errors are linearised, or agree
@@ -67,7 +67,7 @@ class Estimate(eqx.Module, Generic[P]):
     (1978), Annals of Statistics 6, 461, for BIC.
     """
 
-    problem: P
+    problem: Posed
     values: PerParameter
     standard_errors: PerParameter
     inflation: PerParameter
@@ -90,7 +90,7 @@ class Estimate(eqx.Module, Generic[P]):
     start_costs: Float[AnyArray, "... starts"]
     scatter: Scatter | None = None
 
-    def of(self, problem: P) -> "Estimate[P]":
+    def of(self: "Estimate[P]", problem: P) -> "Estimate[P]":
         """The estimate of the unpadded problem; the rows of this one end with padding."""
         problem = problem.weighed(self.problem.prior_weight())
         count = problem.valid.shape[-1]
@@ -108,8 +108,8 @@ class Estimate(eqx.Module, Generic[P]):
         return self.problem.names
 
     @property
-    def system(self: "Estimate[Problem]") -> System:
-        """Model, initial state and sensor with the fitted values."""
+    def system(self: "Estimate[AbstractSingleProblem[Fitted]]") -> Fitted:
+        """Model, initial state and sensor with the fitted values; of `fit_data`, the part."""
         return self.problem.system_with(known(self.values))
 
     @property

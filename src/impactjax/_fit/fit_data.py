@@ -14,7 +14,7 @@ from impactjax._fit.starts import Starts
 from impactjax._known import is_known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._parameter import as_parameter
-from impactjax._problem.checks import check_bounds, check_sigma
+from impactjax._problem.checks import check_bounds, check_sigma, check_value
 from impactjax._problem.data_problem import DataProblem
 from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
@@ -49,8 +49,7 @@ def fit_data(
     exact derivatives. Parameters have the names, units and ranges that the fields of the part
     declare (`parameter`), also those of parts within it; if several have one name, it follows that
     of their place, as in `wall_r`. Other numbers of the part are held. `profiled`, `profiles`,
-    `identifiability` and `ridge` take the estimate; `estimate.problem.part_with(estimate.values)`
-    is the fitted part.
+    `identifiability`, `predicted` and `ridge` take the estimate; its `system` is the fitted part.
 
     Works under `jit` and `vmap`.
 
@@ -70,9 +69,9 @@ def fit_data(
     - `loss`, `noise`: as in `Experiment`. The noise of each column is correlated along the times.
     - `starts`, `optimiser`: as for `fit`.
 
-    **Raises** `TypeError` for an argument of another type, and `ValueError` for a name that the
-    part does not have or that is in two arguments, data of another shape than the record, a `sigma`
-    that is not positive, and fewer data than parameters.
+    **Raises** `TypeError` for an argument of another type, and `ValueError` for a value out of
+    range, a name that the part does not have or that is in two arguments, data of another shape
+    than the record, a `sigma` that is not positive, and fewer data than parameters.
     """
     check_function("data", data)
     check_kind("part", part, eqx.Module, "TwoMasses(...)")
@@ -112,8 +111,7 @@ def _fitted(
         raise ValueError(f"`{both[0]}` is in `fixed` and is to be fitted.")
     found = chosen(part, [*free, *priors], fixed)
     for name, handle in found.items():
-        if shape := jnp.shape(handle.get(part)):
-            raise ValueError(f"`{name}` has shape {shape}, but must be one number: use `vmap`.")
+        check_value(name, handle.get(part), handle.allowed)
     return found
 
 

@@ -180,7 +180,10 @@ def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[Candid
         )
     estimate.check_single()
     if not isinstance(estimate.problem, Problem):
-        raise ValueError("Several recordings were fitted: test one of them, `of_experiment(...)`.")
+        raise ValueError(
+            "What was left out is tested for one recording fitted by `fit`: of several, take one "
+            "by `of_experiment(...)`."
+        )
     if not bool(estimate.converged):
         raise ValueError("The fit did not converge: what it left out cannot be tested.")
     if estimate.scatter is not None:

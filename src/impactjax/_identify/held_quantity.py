@@ -10,6 +10,7 @@ confidence intervals for predictions of dynamic models", BMC Systems Biology 6, 
 import dataclasses
 import functools
 from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -24,14 +25,13 @@ from impactjax._identify.curves import AbstractCurves, Knots, Which
 from impactjax._known import known
 from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._problem.abstract_problem import AbstractProblem
-from impactjax._problem.problem import Problem
+from impactjax._problem.single_problem import AbstractSingleProblem
 from impactjax._refusal import returned_number
-from impactjax._sensor.system import System
 from impactjax._types import Flag, Scalar
 
 _TIGHT = 0.02  # standard deviation of the virtual measurement, in standard errors of the quantity
 
-Quantity = Callable[[System], Scalar]
+Quantity = Callable[[Any], Scalar]  # of the fitted system
 Told = tuple[Column, Rows]
 
 
@@ -95,7 +95,7 @@ def told(refits: Refits, quantity: Quantity, places: Rows) -> Told:
 @eqx.filter_jit
 def _value(problem: AbstractProblem, quantity: Quantity, u: Vector) -> tuple[Scalar, Vector]:
     def value(u: Vector) -> tuple[Float[Array, ""], Float[Array, ""]]:
-        assert isinstance(problem, Problem)
+        assert isinstance(problem, AbstractSingleProblem)
         given = quantity(problem.system_with(problem.at(u)))
         found = returned_number("quantity", given).astype(u.dtype)
         return found, found

@@ -1,31 +1,37 @@
 """The verb `predicted`: the profile likelihood of a prediction."""
 
 import math
+from collections.abc import Callable
+from typing import TypeVar
 
+import equinox as eqx
 import numpy as np
 
-from impactjax._fit.estimate import Estimate
+from impactjax._fit.estimate import Estimate, P
 from impactjax._fit.profile import limit_of
 from impactjax._fit.profile_walk import Walk
 from impactjax._fit.refits import Refits, Rows, refits_of
 from impactjax._fit.search import Search
 from impactjax._identify.begun import values_along
 from impactjax._identify.curves import Knots, Span, merged, traced
-from impactjax._identify.held_quantity import HeldQuantity, Quantity, told
+from impactjax._identify.held_quantity import HeldQuantity, told
 from impactjax._identify.profile_axis import Axis, reach
 from impactjax._identify.profile_curve import Profile, profile_along
 from impactjax._identify.profiles import check_profiled
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._parameter import Range
-from impactjax._problem.problem import Problem
+from impactjax._problem.single_problem import AbstractSingleProblem
 from impactjax._refusal import check_function
+from impactjax._types import Scalar
+
+System = TypeVar("System", bound=eqx.Module)
 
 _ROUNDS = 12  # most refits on one side
 
 
 def predicted(
-    estimate: Estimate[Problem],
-    quantity: Quantity,
+    estimate: Estimate[AbstractSingleProblem[System]],
+    quantity: Callable[[System], Scalar],
     *,
     points: int = 41,
     name: str = "prediction",
@@ -42,7 +48,7 @@ def predicted(
 
     - `estimate`: estimate of a single fit of one recording, without scatter from impact to impact.
     - `quantity`: differentiable function of the fitted `System`, with its `model`, `initial` state
-      and `sensor`, that returns a number:
+      and `sensor`, or of the part of `fit_data`, that returns a number:
       `lambda system: system.model.lower.law.restitution(0.2)`.
     - `points`: number of points of the curve.
     - `name`, `unit`: of the quantity, for figures.
@@ -55,7 +61,7 @@ def predicted(
     """
     check_profiled(estimate, points, optimiser)
     check_function("quantity", quantity)
-    if not isinstance(estimate.problem, Problem):
+    if not isinstance(estimate.problem, AbstractSingleProblem):
         raise ValueError("A prediction is of one recording that was fitted alone.")
     refits = refits_of(estimate, optimiser, Search())
     u = np.asarray(refits.problem.coordinates(np.asarray(estimate.values)))[None]
@@ -83,9 +89,7 @@ def predicted(
     return profile_along(name, axis, found, span, limit**2, known, parameters, lasting=lasting)
 
 
-def _errors(
-    estimate: Estimate[Problem], refits: Refits, u: Rows, slopes: Rows
-) -> tuple[float, float]:
+def _errors(estimate: Estimate[P], refits: Refits, u: Rows, slopes: Rows) -> tuple[float, float]:
     """The standard error of a quantity from its slopes by the coordinates of a search, and its
     inflation by correlated residuals, at least 1. If the error is not finite, the size of the
     quantity's terms and the largest inflation of a parameter.

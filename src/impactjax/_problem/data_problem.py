@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import equinox as eqx
 import jax
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 Part = TypeVar("Part", bound=eqx.Module)
 
 
-class DataProblem(AbstractSingleProblem, Generic[Part]):
+class DataProblem(AbstractSingleProblem[Part]):
     """The least-squares problem of a record that is a function of a part's parameters.
 
     - `data`: function from the part to the data, one number for each time, or a row of them.
@@ -61,8 +61,7 @@ class DataProblem(AbstractSingleProblem, Generic[Part]):
     priors: dict[str, Normal] = eqx.field(default_factory=dict)
     weight: Float[AnyArray, "..."] | None = None
 
-    def part_with(self, values: Vector) -> Part:
-        """The part with fitted parameters set, in their natural units."""
+    def system_with(self, values: Vector) -> Part:
         return with_values(self.part, [*self.handles().values()], [*jnp.asarray(values)])
 
     def each_recording(self) -> "list[tuple[Problem, tuple[int, ...]]]":
@@ -84,7 +83,7 @@ class DataProblem(AbstractSingleProblem, Generic[Part]):
         return plain(self.valid) & (rows <= share * (count - 1))
 
     def residuals(self, values: Vector) -> Residuals:
-        data = returned("data", self.data(self.part_with(values)))
+        data = returned("data", self.data(self.system_with(values)))
         rows = jnp.ravel(data.T)
         if rows.shape != self.record.shape:
             count, columns = self.record.shape[-1] // self.columns, self.columns

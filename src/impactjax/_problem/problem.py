@@ -28,7 +28,7 @@ from impactjax._types import Factors, Flag, Scalar
 Tie = Callable[[Mapping[str, Scalar]], ArrayLike]
 
 
-class Problem(AbstractSingleProblem):
+class Problem(AbstractSingleProblem[System]):
     """The least-squares problem of one recording.
 
     - `system`, `recording`: compared with each other.
@@ -131,7 +131,6 @@ class Problem(AbstractSingleProblem):
         return np.zeros(())
 
     def system_with(self, values: Vector) -> System:
-        """The system with fitted parameters set, in their natural units, and tied ones computed."""
         each = placed([values[..., i] for i in range(len(self.names))])
         system = replaced(self.system, self.names, each)
         if not self.ties:

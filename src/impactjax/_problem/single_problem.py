@@ -1,8 +1,9 @@
 """Loss, noise and prior knowledge in the problem of a single record."""
 
+import abc
 import dataclasses
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 import equinox as eqx
 import jax
@@ -15,10 +16,11 @@ from impactjax._problem.loss import AbstractLoss, Squares
 from impactjax._problem.noise import AbstractNoise
 from impactjax._problem.prior import Normal, PriorRows, prior_rows
 
-Own = TypeVar("Own", bound="AbstractSingleProblem")
+Own = TypeVar("Own", bound="AbstractSingleProblem[eqx.Module]")
+Fitted = TypeVar("Fitted", bound=eqx.Module, covariant=True)
 
 
-class AbstractSingleProblem(AbstractProblem):
+class AbstractSingleProblem(AbstractProblem, Generic[Fitted]):
     """The least-squares problem of one record.
 
     - `loss`, `noise`: assumptions about the residuals.
@@ -30,6 +32,10 @@ class AbstractSingleProblem(AbstractProblem):
     noise: eqx.AbstractVar[AbstractNoise]
     priors: eqx.AbstractVar[dict[str, Normal]]
     weight: eqx.AbstractVar[Float[AnyArray, "..."] | None]
+
+    @abc.abstractmethod
+    def system_with(self, values: Vector) -> Fitted:
+        """The system with fitted parameters set, in their natural units, and tied ones computed."""
 
     def assumed(self) -> Assumed:
         return Assumed(self.loss, self.noise)

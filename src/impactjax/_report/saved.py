@@ -27,7 +27,10 @@ def save(path: str | Path, estimate: Estimate[Problem]) -> None:
     **Raises** `ValueError` for an estimate of several recordings.
     """
     if not isinstance(estimate.problem, Problem):
-        raise ValueError("Several recordings were fitted: save one of them, `of_experiment(...)`.")
+        raise ValueError(
+            "An estimate is saved if `fit` has fitted one recording: of several, save one, "
+            "`of_experiment(...)`."
+        )
     arrays = {name: getattr(estimate, name) for name in _numbers()}
     arrays |= {_LOG + name: getattr(estimate.impacts, name) for name in _columns(ImpactLog)}
     if estimate.scatter is not None:
