@@ -52,6 +52,9 @@ def main() -> None:
     figure, ax = plt.subplots(figsize=(5.4, 3.4), layout="constrained")
     draw_basins(ax)
     figure.savefig(HERE / "figures" / "basins.png", dpi=125)
+    figure, ax = plt.subplots(figsize=(5.4, 3.0), layout="constrained")
+    draw_borders(ax, PAGE["branch"], PAGE["double"])
+    figure.savefig(HERE / "figures" / "borders.png", dpi=125)
 
 
 def draw_exponents(axes: Sequence[Axes]) -> None:
@@ -72,6 +75,19 @@ def draw_basins(ax: Axes) -> None:
     found = ij.basins(PAGE["model"], starts, 1 / 9)
     ij.plot.basins(ax, found, angle.ravel(), velocity.ravel())
     ax.set(xlabel="angle [rad]", ylabel="velocity [rad/s]")
+
+
+def draw_borders(ax: Axes, branch: ij.Branch, double: ij.Orbit) -> None:
+    """The amplitudes of two period doublings above that of grazing, over the frequency."""
+    again = ij.follow(double, amplitude, (0.34, 0.37))
+    for own, periods in ((branch, 2), (again, 4)):
+        special = next(each for each in own.special if each.kind == "period doubling")
+        border = ij.special_curve(special, PAGE["frequency"], (0.79, 0.83), (0.2, 0.5))
+        grazing = np.hypot(1 - border.second**2, 0.04 * border.second)
+        ax.plot(border.second, 1e3 * (border.first - grazing), label=f"{periods} to {2 * periods}")
+    ax.axhline(0, color="0.4", lw=1, label="grazing")
+    ax.legend(frameon=False, title="periods of the force")
+    ax.set(xlabel="frequency ω", ylabel="1000 (A − A of grazing)")
 
 
 def draw(ax: Axes, branch: ij.Branch) -> None:

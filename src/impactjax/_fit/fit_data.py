@@ -55,7 +55,8 @@ def fit_data(
 
     **Arguments:**
 
-    - `data`: differentiable function from the part to the data, in the shape of `record`.
+    - `data`: differentiable function from the part to the data, in the shape of `record`. Another
+      function, even one that does the same, is compiled anew.
     - `part`: law, mechanism, or a module that contains one with its start, with the values from
       which the search starts.
     - `record`: measured data, shape (times,) or (times, columns). Those that are not finite do not

@@ -49,8 +49,9 @@ class SpecialCurve(eqx.Module):
     - `first`, `second`: values of the parameters: that of the branch, and the other one.
     - `period`: period of each orbit.
     - `multipliers`: Floquet multipliers, the largest first.
-    - `complete`: true if both ends are ends of a range. Otherwise the orbits beyond are no motions,
-      the number of points did not suffice, or Newton's method has lost the curve.
+    - `complete`: true if both ends are ends of the range of the second parameter. Otherwise the
+      first one leaves its range there, the orbits beyond are no motions, the number of points did
+      not suffice, or Newton's method has lost the curve.
     """
 
     kind: str
