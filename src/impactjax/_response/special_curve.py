@@ -128,7 +128,7 @@ def special_curve(
 
 
 class _Task(NamedTuple):
-    """What stays the same along a curve.
+    """Kind, second parameter and ranges of a curve.
 
     - `number`: of the function that vanishes, among those of the kind.
     - `leaf`: index of the second parameter among the leaves of the system.
