@@ -142,3 +142,13 @@ def test_end_of_the_range_has_no_curve():
     special = only(branch_of(0.81, 0.36, (0.3, 0.37)), "end of the range")
     with pytest.raises(ValueError, match="which has no curve"):
         ij.special_curve(special, frequency, FREQUENCIES, AMPLITUDES)
+
+
+def test_begin_of_a_doubled_branch_has_no_curve():
+    """It is a point of the branch of single orbits."""
+    special = only(branch_of(0.81, 0.36, (0.3, 0.37)), "period doubling")
+    twice = ij.follow(ij.doubled(special.orbit), lambda system: system.amplitude, (0.34, 0.37))
+    begin = [each for each in twice.special if each.kind == "period doubling"][-1]
+    assert begin.parameter == pytest.approx(special.parameter, rel=1e-9)
+    with pytest.raises(ValueError, match="orbits with half the period"):
+        ij.special_curve(begin, frequency, FREQUENCIES, AMPLITUDES)

@@ -81,7 +81,7 @@ def special(kind: Kind, point: Point, sizes: Vector) -> Special | None:
     """The special point at a zero of a function; `None` if the zero is none."""
     if kind == Kind.NEIMARK_SACKER and not _is_rotation(point.linear):
         return None
-    if kind == Kind.FOLD and _is_repeated(point, sizes):
+    if kind == Kind.FOLD and is_repeated(point, sizes):
         return Special(Kind.PERIOD_DOUBLING, point, True)
     return Special(kind, point, signed(kind))
 
@@ -103,7 +103,7 @@ def _is_rotation(linear: Linear) -> bool:
     return bool(np.any(np.abs(np.abs(complex_ones) - 1) < _REAL))
 
 
-def _is_repeated(point: Point, sizes: Vector) -> bool:
+def is_repeated(point: Point, sizes: Vector) -> bool:
     """True if an orbit is one of half its period, taken twice."""
     cycle = point.linear.cycle
     if cycle.multiple % 2 or cycle.segments % 2:

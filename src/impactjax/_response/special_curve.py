@@ -26,7 +26,7 @@ from impactjax._response.newton import sizes_of
 from impactjax._response.orbit import Orbit, orbit_of
 from impactjax._response.parameter import Where, place_of, range_of, with_value
 from impactjax._response.point import Point, corrected, first_point
-from impactjax._response.special import Kind, signed, values_at
+from impactjax._response.special import Kind, is_repeated, signed, values_at
 
 _NEAR = 1e-4  # difference for the slopes of F, in units of the ranges
 _ITERATIONS = 12  # of the secant method
@@ -91,8 +91,9 @@ def special_curve(
       the state are 1.
     - `max_points`: largest number of points to each side.
 
-    **Raises** `ValueError` for an end of the range, a parameter that is not one real number or that
-    of the branch, and a range without its value; `TypeError` for arguments of the wrong type.
+    **Raises** `ValueError` for an end of the range, the point at which a branch of doubled orbits
+    begins, a parameter that is not one real number or that of the branch, and a range without its
+    value; `TypeError` for arguments of the wrong type.
     """
     check_kind("special", special, SpecialPoint, "branch.special[0]")
     kind = Kind(special.kind)
@@ -110,6 +111,11 @@ def special_curve(
     sizes = sizes_of(linear, ranges[0][1] - ranges[0][0])
     begin = first_point(linear, sizes)
     values = np.abs(values_at(begin, sizes, ranges[0])[kind])
+    if is_repeated(begin, sizes):
+        raise ValueError(
+            "Argument `special` is where the branch meets that of orbits with half the period: "
+            "take this point from the branch of those."
+        )
     number = int(np.argmax(values <= np.maximum(np.min(values), _ZERO)))
     task = _Task(kind, number, leaf, ranges, sizes)
     down, up = (list(_walked(task, begin, sign * longest, count)) for sign in (-1.0, 1.0))
