@@ -50,7 +50,8 @@ class Candidates:
       planned recording, or several experiments: recordings of one motion by several sensors.
     - `choices`: for each name a range, `Between(0.2, 1.2)`, or a list of values.
     - `cost`: function of the choices by name: the amount of each resource that one performance
-      takes, such as `{"s": 60.0}`. One of the resource "performances" is always taken.
+      takes, such as `{"s": 60.0}`. One of the resource "performances" is always taken, and no
+      other number of them.
     - `name`: name in the result.
     """
 
