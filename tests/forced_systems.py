@@ -1,5 +1,7 @@
 """Forced hybrid systems for the tests of the forced response."""
 
+import abc
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -49,34 +51,39 @@ class Table(ij.HybridSystem):
         return {**y, "v": table + 0.5 * (table - y["v"])}, mode
 
 
-class Kicked(ij.HybridSystem):
-    """The delayed logistic map (x, y) → (y, a y (1 − x)), once a period; its guard rises again."""
+class Map(ij.HybridSystem):
+    """A map y → image(y), once a period; its guard rises again."""
+
+    def flow(self, t, y, mode):
+        return jnp.zeros_like(y)
+
+    def transitions(self):
+        return [ij.Transition(lambda t, y, mode: jnp.cos(2 * np.pi * t), self.kick)]
+
+    def kick(self, t, y, mode):
+        return self.image(y), mode
+
+    @abc.abstractmethod
+    def image(self, y) -> jax.Array:
+        """The state after a kick."""
+
+
+class Kicked(Map):
+    """The delayed logistic map (x, y) → (y, a y (1 − x))."""
 
     rate: jax.Array
 
-    def flow(self, t, y, mode):
-        return jnp.zeros_like(y)
-
-    def transitions(self):
-        return [ij.Transition(lambda t, y, mode: jnp.cos(2 * np.pi * t), self.kick)]
-
-    def kick(self, t, y, mode):
-        return jnp.stack([y[1], self.rate * y[1] * (1 - y[0])]), mode
+    def image(self, y):
+        return jnp.stack([y[1], self.rate * y[1] * (1 - y[0])])
 
 
-class Circle(ij.HybridSystem):
-    """The map y → y + (y² + a² − 1) / 5, once a period."""
+class Circle(Map):
+    """The map y → y + (y² + a² − 1) / 5."""
 
     a: jax.Array
 
-    def flow(self, t, y, mode):
-        return jnp.zeros_like(y)
-
-    def transitions(self):
-        return [ij.Transition(lambda t, y, mode: jnp.cos(2 * np.pi * t), self.kick)]
-
-    def kick(self, t, y, mode):
-        return y + (y**2 + self.a**2 - 1) / 5, mode
+    def image(self, y):
+        return y + (y**2 + self.a**2 - 1) / 5
 
 
 class Below(ij.HybridSystem):

@@ -195,6 +195,20 @@ def test_fit_of_a_mechanism_finds_its_parameters_by_name():
     np.testing.assert_allclose(profiled.low, fits[0].low, rtol=1e-3)
 
 
+class Both(eqx.Module):
+    """Two parts, and a field that is called as a parameter of one of them."""
+
+    wall: ij.Restitution
+    between: ij.Restitution
+    wall_r: jax.Array = eqx.field(converter=ij.as_parameter, metadata=ij.parameter("1"))
+
+
+def test_two_parameters_of_one_name_are_refused():
+    both = Both(ij.Restitution(0.5), ij.Restitution(0.6), 0.7)
+    with pytest.raises(ValueError, match="Two parameters are called `wall_r`"):
+        ij.fit_data(lambda both: both.wall_r * TIMES, both, TIMES)
+
+
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import impactjax as ij
-from forced_systems import REST, ModelV
+from forced_systems import REST, Below, Map, ModelV
 from model_v import closed_form
 
 FREQUENCIES, AMPLITUDES = (0.79, 0.83), (0.25, 0.6)
@@ -41,6 +41,27 @@ def test_grazing_in_two_parameters():
     np.testing.assert_allclose(found.first, np.sqrt(square), rtol=1e-12)
 
 
+def test_grazing_of_a_motion_without_impacts():
+    """The least distance from the stop vanishes: A = |(1 − ω²) + 0.1 iω|."""
+    system, start = Below(jnp.array(0.05), jnp.array(1.0)), ij.Start(0.0, (0.0, 0.0))
+    orbit = ij.periodic_orbit(system, start, Below.period)
+    branch = ij.follow(orbit, lambda system: system.amplitude, (0.01, 0.5))
+    special = only(branch, "grazing")
+    found = ij.special_curve(special, frequency, (0.9, 1.2), (0.01, 1.0))
+    assert found.complete
+    exact = np.hypot(1 - found.second**2, 0.1 * found.second)
+    np.testing.assert_allclose(found.first, exact, rtol=1e-11)
+
+
+def test_curve_from_an_end_of_its_range():
+    """There is nothing on one side."""
+    special = only(branch_of(0.81, 0.36, (0.3, 0.37)), "grazing")
+    found = ij.special_curve(special, frequency, (0.81, 0.83), AMPLITUDES)
+    assert found.complete
+    assert np.all(np.diff(found.second) > 0)
+    assert found.second[0] == 0.81
+
+
 def test_period_doubling_in_two_parameters():
     special = only(branch_of(0.81, 0.36, (0.3, 0.37)), "period doubling")
     found = ij.special_curve(special, frequency, FREQUENCIES, AMPLITUDES)
@@ -61,36 +82,24 @@ def test_period_doubling_in_two_parameters():
     assert float(vars(middle.system)["frequency"]) == found.second[len(found.first) // 2]
 
 
-class Kicked(ij.HybridSystem):
-    """A map of two numbers, once a period."""
+class Cubic(Map):
+    """x → x + (a + b x − x³)/5: fixed points with folds at 27 a² = 4 b³, and a cusp at 0."""
 
     a: jax.Array
     b: jax.Array
 
-    def flow(self, t, y, mode):
-        return jnp.zeros_like(y)
-
-    def transitions(self):
-        return [ij.Transition(lambda t, y, mode: jnp.cos(2 * np.pi * t), self.kick)]
-
-    def kick(self, t, y, mode):
-        return self.image(*y), mode
-
-    def image(self, x, y):
-        raise NotImplementedError
+    def image(self, y):
+        return y + (self.a + self.b * y - y**3) / 5
 
 
-class Cubic(Kicked):
-    """x → x + (a + b x − x³)/5: fixed points with folds at 27 a² = 4 b³, and a cusp at 0."""
-
-    def image(self, x, y):
-        return jnp.stack([x + (self.a + self.b * x - x**3) / 5, y / 2])
-
-
-class Delayed(Kicked):
+class Delayed(Map):
     """(x, y) → (y, a y (1 − x) − b y²): the fixed point turns at b = a (a − 2)."""
 
-    def image(self, x, y):
+    a: jax.Array
+    b: jax.Array
+
+    def image(self, y):
+        x, y = y
         return jnp.stack([y, self.a * y * (1 - x) - self.b * y**2])
 
 
@@ -102,7 +111,7 @@ def specials(system, start, kind, between):
 
 def test_folds_go_through_their_cusp():
     system = Cubic(jnp.array(-0.6), jnp.array(0.5))
-    first, *_ = specials(system, [-1.0, 0.0], "fold", (-0.7, 0.7))
+    first, *_ = specials(system, -1.0, "fold", (-0.7, 0.7))
     found = ij.special_curve(first, lambda system: system.b, (-0.1, 1.0), (-0.7, 0.7))
     assert found.complete
     np.testing.assert_allclose(27 * found.first**2, 4 * found.second**3, atol=1e-11)
@@ -140,7 +149,7 @@ def test_wrong_request_is_one_sentence(changed, sentence):
 
 def test_end_of_the_range_has_no_curve():
     special = only(branch_of(0.81, 0.36, (0.3, 0.37)), "end of the range")
-    with pytest.raises(ValueError, match="which has no curve"):
+    with pytest.raises(ValueError, match="of the kind `end of the range`; there are curves of"):
         ij.special_curve(special, frequency, FREQUENCIES, AMPLITUDES)
 
 

@@ -128,11 +128,11 @@ def _ends(held: HeldParameter, allowed: Range) -> tuple[float, float]:
     """Ends of the interval of a held parameter in linear approximation. A positive one is trusted
     to a factor of two.
     """
-    half = NORMAL * held.standard_error
-    least, most = allowed.low, allowed.high
+    half, least, most = NORMAL * held.standard_error, allowed.low, allowed.high
     if allowed.low == 0 < held.held:
         least, most = held.held / _FACTOR, held.held * _FACTOR
-    low, high = np.clip([held.value - half, held.value + half], least, most)
+    value = np.clip(held.value, least, most)
+    low, high = np.clip([value - half, value + half], least, most)
     return float(low), float(high)
 
 

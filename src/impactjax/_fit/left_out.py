@@ -39,8 +39,7 @@ _DOUBTED = ("cutoff",)  # a wrong value of it moves the others, and hardly shows
 _ROUNDS = 3  # fits with more and more parameters
 _TESTED = ("gap", "drag", "dry_friction")  # beside those of the sensor
 _FIRST = 1e-7  # first step of a difference, relative to the value, or in its unit
-_CHANGE = 1e-3  # change of the record by the final step, relative to its span
-_MOST = 0.9  # share of the samples that change by less; an impact may jump over a sample
+_CHANGE = 1e-5  # change of the record by the final step, relative to its span
 
 
 def left_out(estimate: Estimate[Problem]) -> tuple[HeldParameter, ...]:
@@ -221,8 +220,7 @@ def _column(estimate: Estimate[Problem], handle: Handle, evaluated: Evaluate) ->
         return (residuals(high) - residuals(low)) / (high - low)
 
     with np.errstate(all="ignore"):
-        effects = np.abs(difference(_FIRST * (abs(float(held)) or 1.0)))
-        effect = float(np.quantile(effects, _MOST) or np.max(effects))
+        effect = float(np.max(np.abs(difference(_FIRST * (abs(float(held)) or 1.0)))))
         if not np.isfinite(effect) or effect == 0:
             return None
         lowest, highest = problem.recording.span()

@@ -19,6 +19,8 @@ def parameters_of(part: eqx.Module) -> dict[str, Handle]:
 
     Parameters of parts within parts are included. Those of several that have one name are called by
     their places, as in `wall_r` for the field `r` of the field `wall`.
+
+    **Raises** `ValueError` if two still have one name.
     """
     if isinstance(part, System):
         return handles(part)
@@ -31,10 +33,12 @@ def parameters_of(part: eqx.Module) -> dict[str, Handle]:
         }
     each = list(_within(part))
     times = Counter(path[-1] for path, _ in each)
-    return {
-        path[-1] if times[path[-1]] == 1 else "_".join(path): Handle(path, allowed)
-        for path, allowed in each
-    }
+    names = [path[-1] if times[path[-1]] == 1 else "_".join(path) for path, _ in each]
+    found = dict(zip(names, (Handle(*own) for own in each), strict=True))
+    if len(found) < len(names):
+        (name, _), *_ = Counter(names).most_common(1)
+        raise ValueError(f"Two parameters are called `{name}`: rename a field of your own class.")
+    return found
 
 
 def _within(part: eqx.Module) -> Iterator[tuple[tuple[str, ...], Range]]:

@@ -84,21 +84,24 @@ def special_curve(
 
     **Arguments:**
 
-    - `special`: a point of `branch.special` that is no end of the range.
+    - `special`: a fold, period doubling, Neimark-Sacker point or grazing of `branch.special`.
     - `where`: selects the second parameter, one number of the system.
     - `between`, `first_between`: least and largest value of the second parameter and of the first.
     - `longest`: longest step, in units in which both ranges, the period, and the largest values of
       the state are 1.
     - `max_points`: largest number of points to each side.
 
-    **Raises** `ValueError` for an end of the range, the point at which a branch of doubled orbits
+    **Raises** `ValueError` for another kind, for the point at which a branch of doubled orbits
     begins, a parameter that is not one real number or that of the branch, and a range without its
     value; `TypeError` for arguments of the wrong type.
     """
     check_kind("special", special, SpecialPoint, "branch.special[0]")
     kind = Kind(special.kind)
-    if kind is Kind.RANGE:
-        raise ValueError("Argument `special` is an end of the range, which has no curve.")
+    if kind in (Kind.RANGE, Kind.OTHER_EVENTS):
+        raise ValueError(
+            f"Argument `special` is of the kind `{kind.value}`; there are curves of folds, period "
+            "doublings, Neimark-Sacker points and grazings."
+        )
     check_number("longest", longest)
     if not 0 < longest < np.inf:
         raise ValueError(f"Argument `longest` must be positive and finite, but it is {longest}.")
@@ -110,12 +113,12 @@ def special_curve(
     )
     sizes = sizes_of(linear, ranges[0][1] - ranges[0][0])
     begin = first_point(linear, sizes)
-    values = np.abs(values_at(begin, sizes, ranges[0])[kind])
     if is_repeated(begin, sizes):
         raise ValueError(
             "Argument `special` is where the branch meets that of orbits with half the period: "
             "take this point from the branch of those."
         )
+    values = np.abs(values_at(begin, sizes, ranges[0])[kind])
     number = int(np.argmax(values <= np.maximum(np.min(values), _ZERO)))
     task = _Task(kind, number, leaf, ranges, sizes)
     down, up = (list(_walked(task, begin, sign * longest, count)) for sign in (-1.0, 1.0))
@@ -184,19 +187,15 @@ def _second(linear: Linear, leaf: int) -> float:
     return float(jax.tree.leaves(linear.cycle.family.system)[leaf])
 
 
-def _at(task: _Task, point: Point, place: Coordinates) -> Point | None:
-    """The point at some coordinates around another one: s along its branch, and the change of the
-    second parameter in units of its range; `None` if Newton's method does not find it.
+def _at(task: _Task, point: Point, s: float, second: float) -> Point | None:
+    """The point at a place s along the branch of another one, for another value of the second
+    parameter; `None` if Newton's method does not find it.
     """
     cycle = point.linear.cycle
-    value = _second(point.linear, task.leaf) + float(place[1]) * task.unit
-    low, high = task.ranges[1]
-    value = float(np.clip(value, low, high)) if abs(place[1]) > _NEAR else value
-    system = with_value(cycle.family.system, task.leaf, jnp.asarray(value))
+    system = with_value(cycle.family.system, task.leaf, jnp.asarray(second))
     family = eqx.tree_at(lambda family: family.system, cycle.family, system)
     linear = point.linear._replace(cycle=cycle._replace(family=family))
     own = point._replace(linear=linear)
-    s = float(place[0])
     return corrected(own, point.place + s * point.tangent, task.sizes, s)
 
 
@@ -208,7 +207,7 @@ def _walked(task: _Task, begin: Point, longest: float, count: int) -> Iterator[P
     length, longest = _FIRST * abs(longest), abs(longest)
     for _ in range(count):
         slopes = _slopes(task, point)
-        if slopes is None:
+        if slopes is None or not slopes.any():
             return
         along = np.array([-slopes[1], slopes[0]]) / np.hypot(*slopes)
         along = along * np.copysign(1.0, along @ direction)
@@ -220,8 +219,7 @@ def _walked(task: _Task, begin: Point, longest: float, count: int) -> Iterator[P
         if step is None:
             return
         yield step.point
-        low, high = task.ranges[1]
-        if _second(step.point.linear, task.leaf) in (low, high):
+        if _second(step.point.linear, task.leaf) in task.ranges[1]:
             return
         point, direction = step.point, along
         if step.bend < _STRAIGHT:
@@ -229,13 +227,16 @@ def _walked(task: _Task, begin: Point, longest: float, count: int) -> Iterator[P
 
 
 def _slopes(task: _Task, point: Point) -> Coordinates | None:
-    """Derivatives of F by the coordinates around a point of the curve, by differences."""
-    found = []
-    for axis in np.eye(2):
-        both = [_at(task, point, sign * _NEAR * axis) for sign in (-1.0, 1.0)]
-        if both[0] is None or both[1] is None:
+    """Derivatives of F by s, and by the second parameter in units of its range, at a point of the
+    curve, by differences.
+    """
+    now, found = _second(point.linear, task.leaf), []
+    for s, change in ((_NEAR, 0.0), (0.0, _NEAR * task.unit)):
+        before = _at(task, point, -s, now - change)
+        after = _at(task, point, s, now + change)
+        if before is None or after is None:
             return None
-        found.append((task.value(both[1]) - task.value(both[0])) / (2 * _NEAR))
+        found.append((task.value(after) - task.value(before)) / (2 * _NEAR))
     return np.array(found)
 
 
@@ -252,25 +253,25 @@ def _stepped(
     """The point of the curve a length ahead, or at the end of the range of the second parameter;
     `None` if it is not found nearby.
     """
-    low, high = task.ranges[1]
-    place, size = length * along, float(np.hypot(*slopes))
-    now = _second(point.linear, task.leaf)
+    (low, high), now = task.ranges[1], _second(point.linear, task.leaf)
+    place, across = length * along, slopes / np.hypot(*slopes)
     end = ((high if along[1] > 0 else low) - now) / task.unit
-    across = slopes / size
     if abs(place[1]) >= abs(end):
-        place, across = place * (end / place[1]), np.array([np.copysign(1.0, slopes[0]), 0.0])
-        size = abs(float(slopes[0]))
+        if end == 0:
+            return None
+        place, across = place * (end / place[1]), np.array([1.0, 0.0])
     old, x, known = 0.0, 0.0, None
+    slope = float(slopes @ across)
     for _ in range(_ITERATIONS):
-        found = _at(task, point, place + x * across)
+        s, change = place + x * across
+        found = _at(task, point, s, float(np.clip(now + change * task.unit, low, high)))
         if found is None:
             return None
         value = task.value(found)
-        slope = size if known is None else (value - known) / (x - old)
-        change = -value / slope if slope else 0.0
-        if abs(change) <= _EXACT:
+        slope = slope if known is None else (value - known) / (x - old)
+        if value == 0 or abs(value) <= _EXACT * abs(slope):
             return _Step(found, abs(x) / length)
-        old, x, known = x, x + change, value
-        if not abs(x) <= _BENT * length:
+        if slope == 0 or not abs(x - value / slope) <= _BENT * length:
             return None
+        old, x, known = x, x - value / slope, value
     return None
