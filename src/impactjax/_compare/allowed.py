@@ -2,7 +2,6 @@
 parameters that a fit held although others would lower the criterion a little.
 """
 
-import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -18,12 +17,12 @@ from impactjax._fit.fit import best_from
 from impactjax._fit.quantiles import NORMAL
 from impactjax._fit.scatter_test import with_normal_scatter
 from impactjax._fit.score_test import HeldParameter
-from impactjax._fit.uncertainty import holding, within_ranges
+from impactjax._fit.uncertainty import holding
 from impactjax._number_format import with_unit
 from impactjax._parameter import Range
 from impactjax._problem.build_problem import build_problem
 from impactjax._problem.experiment import Experiment
-from impactjax._problem.parameters import Handle, handles, with_values
+from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
 
 _FACTOR = 2.0  # to which a positive value is trusted that somebody stated
@@ -88,26 +87,14 @@ def _intervals(
     scatters = fitted.estimate.scatter is not None
     if rubs:
         problem = build_problem(rubbed(experiment))
-        start = values_before(problem, before)
-        dry = _fitted_from(start, problem, scatters, settings)
+        lanes = problem.coordinates(values_before(problem, before)[None])
+        dry = best_from(problem, lanes, settings.optimiser, settings.search)
+        dry = with_normal_scatter(dry, settings.search) if scatters else dry
         if bool(dry.usable):
             yield _with_friction(fitted.estimate, dry)
-    for held in slightly_asked_for(before, experiment, settings.search):
-        handle = handles(before.problem.system)[held.name]
-        ends = _ends(held, handle.allowed)
-        one, other = (_at(handle, end, before, scatters, settings) for end in ends)
-        if bool(one.usable) and bool(other.usable):
-            shown = " to ".join(with_unit(f"{end:.3g}", held.unit) for end in ends)
-            yield _between(one, other, f"{held.name.replace('_', ' ')} from {shown}")
-
-
-def _fitted_from(
-    start: np.ndarray, problem: Problem, scatters: bool, settings: Settings
-) -> Estimate[Problem]:
-    """The fit of a problem from one start."""
-    lanes = problem.coordinates(start[None])
-    found = best_from(problem, lanes, settings.optimiser, settings.search)
-    return with_normal_scatter(found, settings.search) if scatters else found
+    known = handles(before.problem.system)
+    for held, effect in slightly_asked_for(before, experiment, settings.search):
+        yield _over(held, known[held.name].allowed, fitted.estimate, effect)
 
 
 def _with_friction(estimate: Estimate[Problem], dry: Estimate[Problem]) -> _Intervals:
@@ -124,39 +111,34 @@ def _with_friction(estimate: Estimate[Problem], dry: Estimate[Problem]) -> _Inte
     return _Intervals(low, high, sentence)
 
 
-def _ends(held: HeldParameter, allowed: Range) -> tuple[float, float]:
-    """Ends of the interval of a held parameter in linear approximation. A positive one is trusted
-    to a factor of two.
+def _over(
+    held: HeldParameter, allowed: Range, estimate: Estimate[Problem], effect: np.ndarray
+) -> _Intervals:
+    """Intervals over the 95 % interval of a held parameter: by its effect, each value moves from
+    one end to the other, and has its own error beside that.
     """
-    half, least, most = NORMAL * held.standard_error, allowed.low, allowed.high
-    if allowed.low == 0 < held.held:
-        least, most = held.held / _FACTOR, held.held * _FACTOR
-    value = np.clip(held.value, least, most)
-    low, high = np.clip([value - half, value + half], least, most)
-    return float(low), float(high)
-
-
-def _at(
-    handle: Handle,
-    value: float,
-    before: Estimate[Problem],
-    scatters: bool,
-    settings: Settings,
-) -> Estimate[Problem]:
-    """The fit with another value of a held parameter, by the programs of the fit before."""
-    system = with_values(before.problem.system, [handle], [value])
-    problem = dataclasses.replace(before.problem, system=system)
-    return _fitted_from(np.asarray(before.values), problem, scatters, settings)
-
-
-def _between(one: Estimate[Problem], other: Estimate[Problem], shown: str) -> _Intervals:
-    """Intervals from fits at both ends of the interval of a held parameter: each value moves from
-    one fit to the other, and has its own error beside that.
-    """
-    values, moved = (one.values + other.values) / 2, (other.values - one.values) / 2
-    below = (one.values - one.low + other.values - other.low) / 2
-    above = (one.high - one.values + other.high - other.values) / 2
-    ends = values - np.hypot(below, moved), values + np.hypot(above, moved)
-    low, high, _, _ = within_ranges(one.problem, *ends)
-    sentence = f"A {shown} is not excluded: all intervals allow for it."
+    ends, away = _span(held, allowed)
+    values = estimate.values + effect * np.mean(away)
+    moved = effect * (away[1] - away[0]) / 2
+    low = values - np.hypot(estimate.values - estimate.low, moved)
+    high = values + np.hypot(estimate.high - estimate.values, moved)
+    shown = " to ".join(with_unit(f"{end:.3g}", held.unit) for end in ends)
+    name = held.name.replace("_", " ")
+    sentence = f"A {name} from {shown} is not excluded: all intervals allow for it."
     return _Intervals(np.asarray(low), np.asarray(high), sentence)
+
+
+def _span(held: HeldParameter, allowed: Range) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the 95 % interval of a held parameter, and their distances from its value in a
+    coordinate with a linear effect: for one that fades the inverse, with the same slope there. A
+    positive one is trusted to a factor of two.
+    """
+    half, value = NORMAL * held.standard_error, held.held
+    least, most = allowed.low, allowed.high
+    if allowed.low == 0 < value:
+        least, most = value / _FACTOR, value * _FACTOR
+    limits = np.array([least, most])
+    limits = 2 * value - value**2 / limits if allowed.fades else limits
+    ends = np.clip(held.value, *limits) + np.array([-half, half])
+    ends = np.clip(ends, *limits)
+    return value**2 / (2 * value - ends) if allowed.fades else ends, ends - value

@@ -10,7 +10,7 @@ import numpy as np
 from impactjax._compare.oscillators import DRY_FRICTION, with_dry_friction
 from impactjax._compare.ranking import fall
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.left_out import needed, not_excluded
+from impactjax._fit.left_out import Undecided, needed, not_excluded
 from impactjax._fit.score_test import HeldParameter
 from impactjax._fit.search import Search
 from impactjax._number_format import with_error, with_unit
@@ -34,7 +34,7 @@ def asked_for(
 
 def slightly_asked_for(
     estimate: Estimate[Problem], experiment: Experiment, search: Search
-) -> list[HeldParameter]:
+) -> list[Undecided]:
     """The parameters of which the record does not tell whether they are needed beside those fitted
     and those stated by the user.
     """

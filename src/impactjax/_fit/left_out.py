@@ -7,9 +7,11 @@ that no program is compiled.
 import dataclasses
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.evaluation import Evaluate
@@ -27,7 +29,7 @@ from impactjax._fit.score_test import (
 )
 from impactjax._fit.search import Search
 from impactjax._fit.starts import Starts
-from impactjax._known import is_known, known
+from impactjax._known import AnyArray, is_known, known
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
 from impactjax._problem.parameters import Handle, handles, with_values
 from impactjax._problem.problem import Problem
@@ -127,16 +129,26 @@ def needed(
     return found
 
 
+class Undecided(NamedTuple):
+    """A held parameter, and the derivatives of the fitted values by it."""
+
+    held: HeldParameter
+    effect: Float[AnyArray, " parameters"]
+
+
 def not_excluded(
     estimate: Estimate[Problem], fixed: Sequence[str] = (), search: Search = Search()
-) -> list[HeldParameter]:
+) -> list[Undecided]:
     """The parameters that are expected to lower AIC noticeably, but less than clearly; and the
     cutoff of a low-pass, however little it is expected to lower AIC.
     """
     candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in fixed]
-    tests = [held for held, _ in _tests(estimate, linearised(estimate), candidates)]
-    noticed = [held for held in tests if held.gain > _NOTICED or held.name in _DOUBTED]
-    return [held for held in noticed if not held.is_needed]
+    around, found = linearised(estimate), []
+    for held, column in _tests(estimate, around, candidates):
+        noticed = held.gain > _NOTICED or held.name in _DOUBTED
+        if noticed and not held.is_needed:
+            found.append(Undecided(held, around.effect(column)))
+    return found
 
 
 def _sensor_with(sensor: Sensor, found: Sequence[HeldParameter]) -> Sensor:

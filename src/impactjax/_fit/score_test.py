@@ -103,6 +103,10 @@ class Around(NamedTuple):
         """A column of the record, with the zeros that a parameter without a prior has."""
         return np.pad(column, (0, len(self.residuals) - self.observed))
 
+    def effect(self, column: Column) -> Float[AnyArray, " parameters"]:
+        """Derivatives of the fitted values by a parameter that is held, from its column."""
+        return -np.linalg.lstsq(self.jacobian, self.whole(column))[0]
+
     def beside(self, column: Column) -> "Around":
         """The residuals and the Jacobian with one more column, along which no residual is left."""
         column = self.whole(column)

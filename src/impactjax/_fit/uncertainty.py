@@ -151,8 +151,8 @@ def holding_both(estimate: Estimate[P], other: Estimate[P]) -> Estimate[P]:
 
 
 def holding(estimate: Estimate[P], low: AnyArray, high: AnyArray) -> Estimate[P]:
-    """The estimate with intervals that hold others, and errors that grow where the intervals are
-    too wide for them.
+    """The estimate with intervals that hold others within the parameters' ranges, and errors that
+    grow where the intervals are too wide for them.
 
     An interval stays if the other one is open on both sides, and its own would be in linear
     approximation: then the other one is open for this reason only. A parameter is undecided if an
@@ -160,6 +160,7 @@ def holding(estimate: Estimate[P], low: AnyArray, high: AnyArray) -> Estimate[P]
     """
     problem, estimate = estimate.problem, known(estimate)
     lowest, highest = _ends(estimate.problem, estimate.low)
+    low, high = np.maximum(low, lowest), np.minimum(high, highest)
     linear = estimate.values - NORMAL * estimate.standard_errors
     silent = (low <= lowest) & (high >= highest) & ~(linear > lowest)
     low = np.where(silent, estimate.low, np.minimum(estimate.low, low))
