@@ -129,6 +129,7 @@ from impactjax._model.law import AbstractImpactLaw as AbstractImpactLaw
 from impactjax._model.law import AbstractMemorylessLaw as AbstractMemorylessLaw
 from impactjax._model.learned_restitution import LearnedRestitution as LearnedRestitution
 from impactjax._model.linear_oscillator import LinearOscillator as LinearOscillator
+from impactjax._model.measured_motion import MeasuredMotion as MeasuredMotion
 from impactjax._model.oscillator import AbstractOscillator as AbstractOscillator
 from impactjax._model.pendulum import Pendulum as Pendulum
 from impactjax._model.separation import AbstractSeparation as AbstractSeparation
@@ -197,6 +198,7 @@ from impactjax._sensor.quantity import Displacement as Displacement
 from impactjax._sensor.quantity import ProperAcceleration as ProperAcceleration
 from impactjax._sensor.quantity import Velocity as Velocity
 from impactjax._sensor.sensor import Sensor as Sensor
+from impactjax._series.held import held as held
 from impactjax._series.recurrences.series import NotAnalytic as NotAnalytic
 from impactjax._simulate.chatter import Chatter as Chatter
 from impactjax._simulate.coefficients import Coefficients as Coefficients

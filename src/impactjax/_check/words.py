@@ -9,6 +9,7 @@ from impactjax._check.noise import Noise
 from impactjax._compare.named import EQUILIBRIA, SEPARATIONS
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.survey import Survey
+from impactjax._model.measured_motion import MeasuredMotion
 from impactjax._number_format import with_error, with_unit
 from impactjax._parameter import ranges
 from impactjax._record.recording import Recording
@@ -67,8 +68,10 @@ def system_words(found: Survey) -> list[str]:
         told.append("The angle is counted from the upright position.")
     if setup.upper is not None:
         told.append(f"There is a second stop, above, at {setup.upper.gap:.4g} (SI).")
-    if getattr(setup.oscillator, "base", None) is not None:
-        told.append("The base moves harmonically.")
+    base = getattr(setup.oscillator, "base", None)
+    if base is not None:
+        moves = "as measured" if isinstance(base, MeasuredMotion) else "harmonically"
+        told.append(f"The base moves {moves}.")
     if isinstance(low_pass := setup.known_low_pass, Butterworth):
         told.append(f"Low-pass: {float(low_pass.cutoff):.4g} Hz, order {low_pass.order}.")
     return told

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
+from impactjax._compare.measured_base import measured_base
 from impactjax._compare.named import EQUILIBRIA, SEPARATIONS, check_law, check_named
 from impactjax._compare.oscillators import (
     DRAG,
@@ -141,11 +142,13 @@ def _completed(oscillator: AbstractOscillator, file: RecordingFile) -> AbstractO
             problem = f"a {own} has no `equilibrium`"
             raise sidecar_error(file, "equilibrium", problem, "use it with a pendulum")
         oscillator = dataclasses.replace(oscillator, equilibrium=EQUILIBRIA[system.equilibrium])
+    motion = measured_base(file) if base.is_measured else None
     if base.amplitude is not None and base.frequency is not None:
+        motion = HarmonicMotion(base.amplitude, base.frequency, base.phase or 0.0)
+    if motion is not None:
         if "base" not in fields:
             problem = f"the base of a {own} cannot move"
             raise sidecar_error(file, "base", problem, "omit [base], or use another oscillator")
-        motion = HarmonicMotion(base.amplitude, base.frequency, base.phase or 0.0)
         with refused_in_sidecar(file, "base"):
             oscillator = dataclasses.replace(oscillator, base=motion)
     asked = {*file.sidecar.fixed, *file.sidecar.start, *file.sidecar.fit.free}

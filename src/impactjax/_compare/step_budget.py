@@ -2,6 +2,8 @@
 
 import math
 
+import jax.numpy as jnp
+
 from impactjax._first_look.first_look import FirstLook
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._model.impact_oscillator import ImpactOscillator
@@ -28,13 +30,22 @@ def step_budget(
     impacts = 0.0 if model.lower is None else swings + look.speeds.size + _chatter(look, model)
     step = natural_step(model, _TOLERANCE)
     dearer = 1 if isinstance(step, TaylorStep) else _DEARER
-    steps = _MARGIN * dearer * (_TURN_STEPS * swings + _IMPACT_STEPS * impacts) + CHUNK
+    steps = dearer * (_TURN_STEPS * swings + _IMPACT_STEPS * impacts) + _pieces(recording, model)
+    steps = _MARGIN * steps + CHUNK
     return Simulation(max_steps=_power(steps), max_impacts=_power(_MARGIN * impacts + 8))
 
 
 def _power(number: float) -> int:
     """The next power of two, so that similar recordings share a compiled program."""
     return 2 ** math.ceil(math.log2(number))
+
+
+def _pieces(recording: AbstractRecording, model: ImpactOscillator) -> float:
+    """Expected number of smooth pieces of the equation of motion, of which each takes a step."""
+    begin, end = (jnp.asarray(float(time)) for time in (recording.begin, recording.end))
+    first = model.oscillator.smooth_until(begin)
+    second = None if first is None else model.oscillator.smooth_until(first)
+    return 0.0 if first is None or second is None else float((end - begin) / (second - first))
 
 
 def _swings(recording: AbstractRecording, look: FirstLook) -> float:

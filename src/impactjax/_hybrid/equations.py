@@ -37,6 +37,11 @@ class Equations(eqx.Module):
         """Time derivative of the state."""
         return alike_in_shape("flow", self.system.flow(t, y, mode), y)
 
+    def smooth_for(self, t: Scalar, mode: Mode) -> Scalar:
+        """Time for which the flow is smooth from `t` on."""
+        until = self.system.smooth_until(t, mode)
+        return jnp.full_like(t, jnp.inf) if until is None else jnp.asarray(until, t.dtype) - t
+
     def count(self) -> int:
         """Number of transitions."""
         return len(self.transitions())

@@ -72,6 +72,7 @@ class ExplicitStep(AbstractFlowStep):
         t, y, mode, memory = start
         order = self._order()
         h, natural, target = memory.step
+        h = jnp.minimum(h, equations.smooth_for(t, mode))
         end, ratio = self._with_error(equations, start, h, scale, tolerance)
         armed, returns, margin, coarse = _guards(equations, start, end, h, tolerance)
         ratio = ratio / (_LOCAL * tolerance)

@@ -58,6 +58,8 @@ def _pass(step: AbstractFlowStep, fixed: Equations, run: Run, lane: Lane) -> tup
     after = _arrived(equations, point, attempt, jump)
     result = _diagnosed(point, attempt, after)
     failed = result != RESULTS.successful
+    over = point.t >= run.t1  # what fails from there on is a matter of the next run
+    result = RESULTS.where(over, RESULTS.successful, result)
     taken = attempt.accepted & ~failed & ~lane.done
     moved = taken & ~last
     retried = point._replace(memory=point.memory._replace(step=attempt.memory))

@@ -72,6 +72,7 @@ class SeriesStep(AbstractFlowStep):
             longest = jnp.minimum(longest, jnp.min(longest_accurate([guards], tolerance)))
         longest = jnp.where(jnp.all(jnp.isfinite(jnp.stack(guards))), longest, jnp.nan)
         natural = jnp.minimum(longest, _LONGEST) * unit
+        natural = jnp.minimum(natural, equations.smooth_for(start.t, start.mode))
         planned = rescaled(guards, natural / unit)
         usual = jnp.minimum(unit / natural, 1.0)
         planned = cleaned(planned, swayed[0], usual, start.memory, tolerance)

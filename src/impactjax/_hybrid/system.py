@@ -74,6 +74,13 @@ class HybridSystem(eqx.Module):
     def flow(self, t: Scalar, y: State, mode: Mode) -> State:
         """Time derivative of the state, a tree of the same structure. Smooth within a mode."""
 
+    def smooth_until(self, t: Scalar, mode: Mode) -> ArrayLike | None:
+        """The next time at which the flow is not smooth although the mode does not change, as at
+        the knots of a measured force: a step ends there. `None` if there is none. In the flow,
+        `held(t)` chooses the piece that begins at such a time.
+        """
+        del t, mode
+
     @abc.abstractmethod
     def transitions(self) -> Sequence[Transition]:
         """The transitions, numbered from 0. Of several at one time the first one comes first."""

@@ -137,6 +137,10 @@ class MechanicalSystem(HybridSystem):
         acceleration = acceleration + (self._whole.astype(kept.dtype) - 1) * kept
         return MechanicalState(y.v, acceleration, internal_rates(self.mechanism, y, mode))
 
+    def smooth_until(self, t: Scalar, mode: Phases) -> Scalar | None:
+        del mode
+        return self.mechanism.smooth_until(t)
+
     def transitions(self) -> Sequence[Transition]:
         found = []
         for number, each in enumerate(self.mechanism.contacts()):

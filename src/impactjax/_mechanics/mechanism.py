@@ -61,6 +61,10 @@ class AbstractMechanism(eqx.Module):
     def force(self, t: Scalar, q: Coordinates, v: Coordinates) -> Coordinates:
         """All further generalised forces Q(t, q, v), such as damping; zeros if there are none."""
 
+    def smooth_until(self, t: Scalar) -> Scalar | None:
+        """The next time at which potential or forces are not smooth; `None` if there is none."""
+        del t
+
     @abc.abstractmethod
     def contacts(self) -> Sequence[Contact]:
         """The stops."""

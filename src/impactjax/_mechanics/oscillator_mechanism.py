@@ -50,6 +50,9 @@ class OscillatorMechanism(AbstractMechanism):
             acceleration = acceleration - (drag - _holding(oscillator)) * jnp.sign(v[0])
         return self._inertia() * acceleration[None]
 
+    def smooth_until(self, t: Scalar) -> Scalar | None:
+        return self.model.oscillator.smooth_until(t)
+
     def contacts(self) -> Sequence[Contact]:
         placed = [(1, self.model.lower), (-1, self.model.upper)]
         return [self._contact(sign, stop) for sign, stop in placed if stop is not None]

@@ -45,6 +45,12 @@ class AbstractBaseMotion(eqx.Module):
     def inertia(self, t: Time) -> Acceleration:
         """Force of inertia per unit of mass [m/s²], in the direction of the motion."""
 
+    def smooth_until(self, t: Time) -> Time | None:
+        """The next time at which the motion is not smooth: a step ends there. `None` if it is
+        smooth at all times; NaN where it is not known after `t`.
+        """
+        del t
+
     def phases(self) -> "tuple[AbstractBaseMotion, ...]":
         """Motions of which those at all phases are combinations; itself if it has no phase."""
         return (self,)

@@ -64,6 +64,9 @@ class BouncingBall(AbstractOscillator):
         del position, velocity
         return -self.gravity if self.base is None else self.base.inertia(t) - self.gravity
 
+    def smooth_until(self, t: Time) -> Time | None:
+        return None if self.base is None else self.base.smooth_until(t)
+
     def resistance(self, speed: CoordinateRate) -> CoordinateAcceleration | None:
         return None if self.drag is None else self.drag * speed**2
 

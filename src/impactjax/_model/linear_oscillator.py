@@ -61,6 +61,9 @@ class LinearOscillator(AbstractSwing):
         free = -2 * self.zeta * self.omega_n * velocity - self.omega_n**2 * position
         return free if self.base is None else free + self.base.inertia(t)
 
+    def smooth_until(self, t: Time) -> Time | None:
+        return None if self.base is None else self.base.smooth_until(t)
+
     def resistance(self, speed: CoordinateRate) -> CoordinateAcceleration | None:
         del speed
         return self.dry_friction

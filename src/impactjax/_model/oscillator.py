@@ -50,6 +50,12 @@ class AbstractOscillator(eqx.Module):
         if there is no such resistance.
         """
 
+    def smooth_until(self, t: Time) -> Time | None:
+        """The next time at which the acceleration is not smooth: a step ends there. `None` if it is
+        smooth at all times; NaN where the motion is not defined after `t`.
+        """
+        del t
+
     @abc.abstractmethod
     def lever(self) -> Lever:
         """Displacement of the point of contact [m] per unit of the coordinate."""

@@ -83,6 +83,9 @@ class Pendulum(AbstractSwing):
             return free
         return free + self.base.inertia(t) / self.lever() * jnp.cos(position)
 
+    def smooth_until(self, t: Time) -> Time | None:
+        return None if self.base is None else self.base.smooth_until(t)
+
     def resistance(self, speed: CoordinateRate) -> CoordinateAcceleration | None:
         del speed
         return self.dry_friction

@@ -35,15 +35,20 @@ class Columns(NamedTuple):
     notes: list[str]
 
 
-def columns(table: Table, read: ReadTable) -> Columns:
-    """The columns of time, if there is one, and of the observed quantity. Raises `FileError`."""
+def columns(table: Table, read: ReadTable, base: int | str | None = None) -> Columns:
+    """The columns of time, if there is one, and of the observed quantity, which is not that of the
+    `base`. Raises `FileError`.
+    """
     notes: list[str] = []
     part = _part(table, read, notes)
+    moved = set() if base is None else {_position(table, base)}
+    if part is not None:
+        part = part._replace(values=[i for i in part.values if i not in moved])
     observed = _observed(table, part, read, notes)
     time = None if observed.quantity == IMPACT_TIME else _time(table, part, read)
     if read.column is not None:
         return Columns(time, observed, [])
-    used = {column.position for column in (time, observed) if column is not None}
+    used = moved | {column.position for column in (time, observed) if column is not None}
     left = [f"`{cell}`" for i, cell in enumerate(table.header or ()) if i not in used and cell]
     if left:
         notes.append(f"Of the file, {', '.join(left)} is not used.")

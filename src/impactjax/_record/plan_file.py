@@ -105,6 +105,9 @@ def read_plan(path: Path) -> PlanFile:
     text = read_text(path)
     plan = tables_in(path, text, PlanFile)
     check_complete(path, text, plan.upper, plan.base)
+    if plan.base.is_measured:
+        place, remedy = line_of(text, "base"), "give `amplitude` and `frequency` under [base]"
+        raise FileError(path, place, "a plan has no measured motion of the base", remedy)
     if any(each.sigma is None for each in (plan.sensor, *(own.sensor for own in plan.sensors))):
         place = line_of(text, "sensor")
         problem = "a plan needs the size of the noise"

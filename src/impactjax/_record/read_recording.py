@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import msgspec
 import numpy as np
 
 from impactjax._first_look.first_look import noise_size
@@ -18,7 +19,7 @@ from impactjax._record.missed_impacts import heard
 from impactjax._record.onsets import read_onsets
 from impactjax._record.outliers import spikes
 from impactjax._record.recording import Recording
-from impactjax._record.sidecar import Sidecar, read_sidecar
+from impactjax._record.sidecar import BaseTable, ReadTable, Sidecar, read_sidecar
 from impactjax._record.table import Table, numbers, numbers_and_gaps
 from impactjax._record.tables import read_table
 from impactjax._sensor.abstract_quantity import AbstractQuantity
@@ -73,6 +74,18 @@ def read_recording(path: str | Path, sidecar_path: str | Path | None = None) -> 
     return RecordingFile(path, recording, sidecar, sidecar_path, tuple(notes))
 
 
+def read_column(path: Path, read: ReadTable, base: BaseTable) -> RecordingFile:
+    """The motion of the base in a file that has been described: the column that `base` names, or
+    the one that the file is read for.
+    """
+    if base.column is not None:
+        named = {"column": base.column, "quantity": base.quantity, "unit": base.unit}
+        read = msgspec.structs.replace(read, **named)
+    sidecar = Sidecar(read=read)
+    recording, notes = _recording(read_table(path, read), sidecar)
+    return RecordingFile(path, recording, sidecar, None, tuple(notes))
+
+
 def _recording(table: Table, sidecar: Sidecar) -> tuple[AbstractRecording, list[str]]:
     read = sidecar.read
     whole = read.column is None and read.part in (None, table.part)
@@ -81,7 +94,8 @@ def _recording(table: Table, sidecar: Sidecar) -> tuple[AbstractRecording, list[
         times, said = heard_of
         recording, notes = _impact_times(table.path, times, sidecar)
         return recording, [*table.notes, *said, *notes]
-    time, observed, chosen = columns(table, read)
+    base = sidecar.base.column if sidecar.base.recording is None else None
+    time, observed, chosen = columns(table, read, base)
     own = [observed.position] + ([] if time is None else [time.position])
     table = table.without_empty(own)
     if not len(table.columns[0]):

@@ -30,11 +30,20 @@ class UpperTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class BaseTable(msgspec.Struct, forbid_unknown_fields=True):
-    """[base]: harmonic motion of the base and the stops."""
+    """[base]: motion of the base and the stops, harmonic or measured."""
 
     amplitude: Annotated[float, msgspec.Meta(ge=0, le=LARGEST)] | None = None
     frequency: Positive | None = None
     phase: Finite | None = None
+    recording: str | None = None
+    column: int | str | None = None
+    quantity: str | None = None
+    unit: str | None = None
+
+    @property
+    def is_measured(self) -> bool:
+        """True if the motion is read from a file."""
+        return self.recording is not None or self.column is not None
 
 
 class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -121,11 +130,22 @@ def _check_sensor(path: Path, text: str, sensor: SensorTable) -> None:
 
 
 def check_complete(path: Path, text: str, upper: UpperTable, base: BaseTable) -> None:
-    """Checks that a second stop has a position, and a moving base an amplitude and a frequency."""
+    """Checks that a second stop has a position, and a moving base one motion: a measured one, or an
+    amplitude and a frequency.
+    """
     if upper.law is not None and upper.gap is None:
         place = line_of(text, "upper")
         raise FileError(path, place, "the upper stop has no position", "add `gap` under [upper]")
-    if base != BaseTable() and None in (base.amplitude, base.frequency):
+    for key, needs in {"quantity": "column", "unit": "quantity"}.items():
+        if getattr(base, key) is not None and getattr(base, needs) is None:
+            problem = f"`{key}` says nothing without `{needs}`"
+            raise FileError(path, line_of(text, "base"), problem, f"add `{needs}` under [base]")
+    if base.is_measured:
+        given = (base.amplitude, base.frequency, base.phase)
+        if given != (None, None, None):
+            problem = "[base] has a measured motion and a harmonic one"
+            raise FileError(path, line_of(text, "base"), problem, "omit one of them")
+    elif base != BaseTable() and None in (base.amplitude, base.frequency):
         lacks = "amplitude" if base.amplitude is None else "frequency"
         place = line_of(text, "base")
         raise FileError(path, place, f"[base] has no `{lacks}`", f"add `{lacks}` under [base]")

@@ -45,6 +45,8 @@ def _rule(equation: JaxprEqn, operands: list[Operand]) -> Sequence[Operand]:
     if not any(isinstance(operand, Interval) for operand in operands):
         return unchanged(equation, operands)
     name = equation.primitive.name
+    if name == "held":
+        return [_widened(operand).low for operand in operands]
     if name not in _RULES:
         return [_anything(variable.aval) for variable in equation.outvars]
 

@@ -105,6 +105,9 @@ def _begin(run: Run) -> Lane:
 def _attempt(step: AbstractStep, run: Run, lane: Lane) -> Outcome:
     automaton, state = Automaton(run.model), lane.state
     longest = longest_step(automaton, state.point, state.begun, step, run.tolerance)
+    until = run.model.oscillator.smooth_until(state.point.t)
+    if until is not None:
+        longest = jnp.minimum(longest, until - state.point.t)
     return step.attempt(automaton, state.point, longest, run.tolerance, state.memory)
 
 

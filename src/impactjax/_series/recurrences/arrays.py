@@ -82,6 +82,12 @@ def _select(equation: JaxprEqn, operands: list[Operand], program: Program) -> Se
     return _by_indices(*range(1, len(operands)))(equation, operands, program)
 
 
+def _start(equation: JaxprEqn, operands: list[Operand], program: Program) -> list[Operand]:
+    """The value at the point of expansion, which time does not change."""
+    del equation, program
+    return [start(operand) for operand in operands]
+
+
 REARRANGING = (
     "neg",
     "broadcast_in_dim",
@@ -106,6 +112,7 @@ ARRAYS: dict[str, Rule] = {
     **dict.fromkeys(REARRANGING, _linear),
     "convert_element_type": convert,
     "select_n": _select,
+    "held": _start,
     "gather": _by_indices(0),
     "dynamic_slice": _by_indices(0),
     "dynamic_update_slice": _by_indices(0, 1),
