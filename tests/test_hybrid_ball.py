@@ -11,12 +11,13 @@ from hybrid_systems import Ball
 NO_REST = -1.0
 EVENTS, SAMPLES = 24, 12
 RESULTS = ij.RESULTS
+EXACT = ij.TaylorStep(4)  # the flights are parabolas
 
 
 def run(p, ts):
     """The run with p = (gravity, restitution, height, velocity, slow)."""
-    start = ij.Start(0.0, {"x": p[2], "v": p[3]})
-    return ij.solve(Ball(p[0], p[1], p[4]), start, ts, max_steps=128, max_events=EVENTS)
+    start, settings = ij.Start(0.0, {"x": p[2], "v": p[3]}), {"max_steps": 128, "step": EXACT}
+    return ij.solve(Ball(p[0], p[1], p[4]), start, ts, max_events=EVENTS, **settings)
 
 
 def told(p, ts):
