@@ -15,6 +15,7 @@ from impactjax._hybrid.lane import Point
 from impactjax._hybrid.numbers import direction, packed, time_scale, unpacked
 from impactjax._hybrid.step import AbstractFlowStep, Attempt
 from impactjax._hybrid.system import Mode, State
+from impactjax._hybrid.varying import alike
 from impactjax._hybrid.watch import Armed, arm, cleaned, until_return, watch
 from impactjax._series.crossing import shortened
 from impactjax._series.polynomial import horner
@@ -252,5 +253,6 @@ def _stepped(
         return jnp.where(tableau.stages.number[:, None] == row.number, rate, rates), None
 
     nothing = jnp.zeros((tableau.end.size, begin.size), h.dtype)
+    nothing = alike(nothing, (equations, t, y, mode, h))
     rates, _ = jax.lax.scan(stage, nothing, tableau.stages)
     return begin + h * (tableau.end @ rates), h * (tableau.error @ rates), h * rates[0]
