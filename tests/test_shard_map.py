@@ -1,4 +1,4 @@
-"""Simulations and solutions inside `jax.shard_map`, whose types tell what varies with the device."""
+"""Simulations and solutions inside `jax.shard_map`, whose types tell what varies."""
 
 import os
 import subprocess
