@@ -49,12 +49,27 @@ def main() -> None:
     figure, axes = plt.subplots(2, 1, figsize=(7.2, 4.2), sharex=True, layout="constrained")
     draw_exponents(axes)
     figure.savefig(HERE / "figures" / "exponents.png", dpi=125)
+    figure, axes = plt.subplots(1, 3, figsize=(9.6, 2.8), layout="constrained")
+    draw_records(axes)
+    figure.savefig(HERE / "figures" / "from-a-record.png", dpi=125)
     figure, ax = plt.subplots(figsize=(5.4, 3.4), layout="constrained")
     draw_basins(ax)
     figure.savefig(HERE / "figures" / "basins.png", dpi=125)
     figure, ax = plt.subplots(figsize=(5.4, 3.0), layout="constrained")
     draw_borders(ax, PAGE["branch"], PAGE["double"])
     figure.savefig(HERE / "figures" / "borders.png", dpi=125)
+
+
+def draw_records(axes: Sequence[Axes]) -> None:
+    """Spectra of a motion of two periods of the force and of a chaotic one, and its divergence."""
+    frequency = 0.81 / (2 * np.pi)
+    every = ij.Every(1 / frequency / 32)
+    for ax, force in zip(axes[:2], (0.36, 0.3465), strict=True):
+        mass = Mass(force, 0.81)
+        record = ij.section(mass, rest, every, skip=32 * 300, keep=32 * 128).after["x"]
+        ij.plot.spectrum(ax, record, 1 / frequency / 32, frequency, 2)
+        ax.set(xlim=(0, 6 * frequency), ylim=(1e-12, 1e3))
+    ij.plot.divergence(axes[2], PAGE["told"], 8.0, 80.0)
 
 
 def draw_exponents(axes: Sequence[Axes]) -> None:

@@ -167,6 +167,10 @@ from impactjax._response.basins import Basins as Basins
 from impactjax._response.basins import basins as basins
 from impactjax._response.branch import Branch as Branch
 from impactjax._response.branch import SpecialPoint as SpecialPoint
+from impactjax._response.delay_embedding import DelayEmbedding as DelayEmbedding
+from impactjax._response.delay_embedding import Divergence as Divergence
+from impactjax._response.delay_embedding import delay_embedding as delay_embedding
+from impactjax._response.delay_embedding import divergence as divergence
 from impactjax._response.diagram import AbstractSweep as AbstractSweep
 from impactjax._response.diagram import Diagram as Diagram
 from impactjax._response.diagram import FreshStarts as FreshStarts

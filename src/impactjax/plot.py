@@ -17,7 +17,9 @@ from impactjax._report.residual_figures import plot_quantiles as quantiles
 from impactjax._report.response_figures import plot_basins as basins
 from impactjax._report.response_figures import plot_branch as branch
 from impactjax._report.response_figures import plot_diagram as diagram
+from impactjax._report.response_figures import plot_divergence as divergence
 from impactjax._report.response_figures import plot_exponents as exponents
+from impactjax._report.response_figures import plot_spectrum as spectrum
 from impactjax._report.restitution_figure import plot_learned_restitution as learned_restitution
 from impactjax._report.restitution_figure import plot_restitution as restitution
 from impactjax._report.search_figures import plot_first_look as first_look
@@ -33,6 +35,7 @@ __all__ = [
     "design",
     "diagram",
     "directions",
+    "divergence",
     "exponents",
     "first_look",
     "fit",
@@ -45,5 +48,6 @@ __all__ = [
     "restitution",
     "ridge",
     "sensitivities",
+    "spectrum",
     "starts",
 ]

@@ -1,4 +1,4 @@
-"""Figures of forced response: branches, diagrams, exponents, and basins of attraction."""
+"""Figures of forced response: branches, diagrams, exponents, basins of attraction, spectra."""
 
 from typing import TYPE_CHECKING
 
@@ -9,6 +9,7 @@ from impactjax._report.style import FITTED, OTHER
 from impactjax._response.attractors import NONE
 from impactjax._response.basins import Basins
 from impactjax._response.branch import Branch
+from impactjax._response.delay_embedding import Divergence
 from impactjax._response.diagram import Diagram
 from impactjax._response.exponents import Exponents
 
@@ -115,4 +116,47 @@ def plot_exponents(ax: "Axes", found: Exponents, values: ArrayLike) -> "Axes":
     ax.axhline(0.0, color=OTHER, linewidth=0.6, linestyle=":")
     ax.plot(np.asarray(values), exponents[:, 1:], color=OTHER, linewidth=0.8)
     ax.plot(np.asarray(values), exponents[:, 0], color=FITTED, linewidth=1.0)
+    return ax
+
+
+def plot_divergence(ax: "Axes", found: Divergence, begin: float, end: float) -> "Axes":
+    """The mean divergence of neighbouring states, and the line whose slope is the exponent.
+
+    **Arguments:**
+
+    - `ax`: axes to draw on.
+    - `found`: result of `divergence`, with the same `begin` and `end`.
+    """
+    ax.plot(found.after, found.logarithm, color=OTHER, linewidth=1.2)
+    own = (found.after >= begin) & (found.after <= end)
+    middle = np.mean(found.after[own]), np.mean(found.logarithm[own])
+    line = middle[1] + found.exponent * (found.after[own] - middle[0])
+    ax.plot(found.after[own], line, color=FITTED, linewidth=1.5)
+    ax.set(xlabel="time [s]", ylabel="mean logarithm of distance")
+    return ax
+
+
+def plot_spectrum(
+    ax: "Axes", values: ArrayLike, interval: float, frequency: float, multiple: int = 1
+) -> "Axes":
+    """The power density of a record with a Hann window, the harmonics of a frequency as lines, and
+    the subharmonics as dotted ones.
+
+    **Arguments:**
+
+    - `ax`: axes to draw on.
+    - `values`: samples at equal intervals.
+    - `interval`: time between two samples [s].
+    - `frequency`: that of the force [Hz].
+    - `multiple`: periods of the force after which the motion repeats.
+    """
+    from scipy.signal import periodogram
+
+    lines, density = periodogram(np.asarray(values, float), 1 / interval, "hann")
+    for number in range(1, int(lines[-1] / frequency * multiple) + 1):
+        style = "-" if number % multiple == 0 else ":"
+        place = number * frequency / multiple
+        ax.axvline(place, linestyle=style, color=FITTED, linewidth=0.6, alpha=0.5)
+    ax.semilogy(lines[1:], density[1:], color=OTHER, linewidth=0.8)
+    ax.set(xlabel="frequency [Hz]", ylabel="power density")
     return ax
