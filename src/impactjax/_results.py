@@ -49,8 +49,8 @@ class RESULTS(eqx.Enumeration):
         "tolerance asks too much. Samples after that are NaN."
     )
     non_finite = (
-        "The state became infinite or NaN: the law, the oscillator or the motion of its base is not "
-        "defined there. Samples after that are NaN."
+        "The state became infinite or NaN: the law, the oscillator or the motion of its base is "
+        "not defined there. Samples after that are NaN."
     )
     max_events_reached = (
         "There were more events than `max_events`. The samples are right; the log holds only the "
