@@ -95,6 +95,11 @@ def test_column_of_the_same_file_moves_the_base(tmp_path, angles):
         ('recording = "turning.csv"', "turning.csv holds angular velocity"),
         ("column = 3", "rig.csv holds angular velocity"),
         ('recording = "turning.csv"\nquantity = "angle"', "`quantity` says nothing without"),
+        ('column = 3\nquantity = "tilt"', "line 3: unknown quantity `tilt`"),
+        (
+            'column = 3\nquantity = "acceleration"\nunit = "furlong"',
+            "line 4: unknown unit of acceleration `furlong`",
+        ),
         ('column = "base"', "there is no column `base`"),
         ("column = 3\namplitude = 1.0\nfrequency = 3.0", "a measured motion and a harmonic one"),
     ],

@@ -136,10 +136,7 @@ def check_complete(path: Path, text: str, upper: UpperTable, base: BaseTable) ->
     if upper.law is not None and upper.gap is None:
         place = line_of(text, "upper")
         raise FileError(path, place, "the upper stop has no position", "add `gap` under [upper]")
-    for key, needs in {"quantity": "column", "unit": "quantity"}.items():
-        if getattr(base, key) is not None and getattr(base, needs) is None:
-            problem = f"`{key}` says nothing without `{needs}`"
-            raise FileError(path, line_of(text, "base"), problem, f"add `{needs}` under [base]")
+    _check_column(path, text, base, "base")
     if base.is_measured:
         given = (base.amplitude, base.frequency, base.phase)
         if given != (None, None, None):
@@ -152,25 +149,30 @@ def check_complete(path: Path, text: str, upper: UpperTable, base: BaseTable) ->
 
 
 def _check_read(path: Path, text: str, read: ReadTable) -> None:
-    needed = {"quantity": "column", "unit": "quantity", "time_unit": "time_column"}
-    for key, other in needed.items():
-        if getattr(read, key) is not None and getattr(read, other) is None:
-            problem = f"`{key}` says nothing without `{other}`"
-            raise FileError(path, line_of(text, key), problem, f"add `{other}`")
-    for key, kind, allowed in (
-        ("quantity", "quantity", observables()),
-        ("unit", f"unit of {read.quantity}", units_of(read.quantity or "")),
-        ("time_unit", "unit of time", units_of(TIME)),
-    ):
-        value = getattr(read, key)
-        if value is not None and value not in allowed:
-            raise FileError(
-                path,
-                line_of(text, key),
-                f"unknown {kind} `{value}`",
-                f"use one of {', '.join(allowed)}",
-            )
+    _check_column(path, text, read, "read")
+    place, known = line_of(text, "time_unit", "read"), units_of(TIME)
+    if read.time_unit is not None and read.time_column is None:
+        problem = "`time_unit` says nothing without `time_column`"
+        raise FileError(path, place, problem, "add `time_column`")
+    if read.time_unit is not None and read.time_unit not in known:
+        problem = f"unknown unit of time `{read.time_unit}`"
+        raise FileError(path, place, problem, f"use one of {', '.join(known)}")
     if read.window is not None and not read.window[0] < read.window[1]:
         raise FileError(
             path, line_of(text, "window"), "the window ends before it begins", "swap its ends"
         )
+
+
+def _check_column(path: Path, text: str, table: ReadTable | BaseTable, name: str) -> None:
+    """Checks that a column has a known quantity and unit, if a table gives them."""
+    for key, other, kind, allowed in (
+        ("quantity", "column", "quantity", observables()),
+        ("unit", "quantity", f"unit of {table.quantity}", units_of(table.quantity or "")),
+    ):
+        value, place = getattr(table, key), line_of(text, key, name)
+        if value is not None and getattr(table, other) is None:
+            problem = f"`{key}` says nothing without `{other}`"
+            raise FileError(path, place, problem, f"add `{other}`")
+        if value is not None and value not in allowed:
+            problem = f"unknown {kind} `{value}`"
+            raise FileError(path, place, problem, f"use one of {', '.join(allowed)}")
