@@ -69,7 +69,7 @@ def draw_records(axes: Sequence[Axes]) -> None:
         record = ij.section(mass, rest, every, skip=32 * 300, keep=32 * 128).after["x"]
         ij.plot.spectrum(ax, record, 1 / frequency / 32, frequency, 2)
         ax.set(xlim=(0, 6 * frequency), ylim=(1e-12, 1e3))
-    ij.plot.divergence(axes[2], PAGE["told"], 8.0, 80.0)
+    ij.plot.divergence(axes[2], PAGE["told"])
 
 
 def draw_exponents(axes: Sequence[Axes]) -> None:

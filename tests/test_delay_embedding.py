@@ -67,7 +67,7 @@ def test_information_of_independent_values_is_that_of_its_estimate():
 
 def test_line_of_a_divergence_has_its_exponent(henon):
     found = ij.divergence(ij.delay_embedding(henon, 1.0, delay=1), 1, 7, 10)
-    ax = ij.plot.divergence(plt.figure().add_subplot(), found, 1, 7)
+    ax = ij.plot.divergence(plt.figure().add_subplot(), found)
     line = np.asarray(ax.lines[1].get_xydata())
     np.testing.assert_allclose(np.diff(line[:, 1]) / np.diff(line[:, 0]), found.exponent)
     plt.close("all")

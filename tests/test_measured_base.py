@@ -5,15 +5,14 @@ import json
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import impactjax as ij
 from command import impactjax
+from pendulum_on_base import LENGTH, OMEGA, ZETA, R, motion
 from tiers import quick
 
-OMEGA, ZETA, LENGTH, R = 13.4, 0.01, 0.25, 0.62
 TS = np.linspace(0.0, 2.0, 501)
-FIXED = "[fixed]\nlength = 0.25\n"
+FIXED = f"[fixed]\nlength = {LENGTH}\n"
 
 
 def shake(t):
@@ -23,25 +22,9 @@ def shake(t):
 
 @pytest.fixture(scope="module")
 def angles():
-    """Angles by DOP853, begun anew at each impact, with noise of 2 mrad."""
-
-    def rates(t, y):
-        push = -shake(t) / LENGTH * np.cos(y[0])
-        return [y[1], push - 2 * ZETA * OMEGA * y[1] - OMEGA**2 * np.sin(y[0])]
-
-    def touches(t, y):
-        return y[0]
-
-    vars(touches).update(terminal=True, direction=-1)
-    t, y, found = 0.0, [0.5, 0.0], np.zeros_like(TS)
-    while True:
-        part = solve_ivp(rates, (t, TS[-1]), y, "DOP853", rtol=1e-10, atol=1e-12, events=touches,
-                         dense_output=True)  # fmt: skip
-        within = (t <= TS) & (part.t[-1] >= TS)
-        found[within] = part.sol(TS[within])[0]
-        if part.status == 0:
-            return found + 2e-3 * np.random.default_rng(1).standard_normal(TS.size)
-        t, y = part.t[-1], [0.0, -R * part.y[1, -1]]
+    """Angles with noise of 2 mrad."""
+    found, _ = motion(shake, TS, TS[[0, -1]], 1e-10)
+    return found + 2e-3 * np.random.default_rng(1).standard_normal(TS.size)
 
 
 def written(folder, header, *columns, sidecar="", name="rig"):

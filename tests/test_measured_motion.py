@@ -4,13 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import impactjax as ij
+from pendulum_on_base import LENGTH, OMEGA, START, ZETA, R, motion
 from tiers import quick
 
-OMEGA, ZETA, LENGTH, R = 13.4, 0.01, 0.25, 0.62
 KNOTS = np.linspace(0.0, 1.5, 46)
 SHAKE = 3 * np.sin(18 * KNOTS) + 2 * np.cos(31 * KNOTS + 0.3) - 1.5 * np.sin(44 * KNOTS)
 TS = np.linspace(0.0, 1.5, 31)
@@ -22,7 +21,7 @@ def model(base, omega_n=OMEGA, r=R):
 
 
 def run(base, **settings):
-    return ij.simulate(model(base), ij.InitialState(0.5), TS, tolerance=1e-12, **settings)
+    return ij.simulate(model(base), ij.InitialState(START), TS, tolerance=1e-12, **settings)
 
 
 @pytest.fixture(scope="module")
@@ -32,29 +31,7 @@ def base():
 
 @pytest.fixture(scope="module")
 def in_scipy():
-    """Angles by DOP853, and the number of impacts."""
-    acceleration = CubicSpline(KNOTS, SHAKE)
-
-    def rates(t, y):
-        push = -acceleration(t) / LENGTH * np.cos(y[0])
-        return [y[1], push - 2 * ZETA * OMEGA * y[1] - OMEGA**2 * np.sin(y[0])]
-
-    def touches(t, y):
-        return y[0]
-
-    vars(touches).update(terminal=True, direction=-1)
-    t, y, found, impacts = 0.0, [0.5, 0.0], np.zeros_like(TS), 0
-    while t < TS[-1] - 1e-12:
-        end = KNOTS[np.searchsorted(KNOTS, t + 1e-12, side="right")]
-        part = solve_ivp(rates, (t, end), y, "DOP853", rtol=1e-12, atol=1e-14, events=touches,
-                         dense_output=True)  # fmt: skip
-        within = (t <= TS) & (part.t[-1] >= TS)
-        if within.any():
-            found[within] = part.sol(TS[within])[0]
-        t, y = part.t[-1], part.y[:, -1]
-        if part.status == 1:
-            impacts, y = impacts + 1, np.array([0.0, -R * y[1]])
-    return found, impacts
+    return motion(CubicSpline(KNOTS, SHAKE), TS, KNOTS, 1e-12)
 
 
 @pytest.mark.parametrize("step", [None, ij.RungeKutta()], ids=["taylor", "runge-kutta"])
@@ -76,7 +53,7 @@ def test_derivatives_on_a_measured_base_are_those_of_differences(base):
     def angle(parameters):
         omega, r = parameters
         return ij.simulate(
-            model(base, omega, r), ij.InitialState(0.5), TS, tolerance=1e-13
+            model(base, omega, r), ij.InitialState(START), TS, tolerance=1e-13
         ).position
 
     at, way, small = jnp.array([OMEGA, R]), jnp.array([1.0, 0.1]), 1e-5

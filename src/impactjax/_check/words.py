@@ -9,6 +9,7 @@ from impactjax._check.noise import Noise
 from impactjax._compare.named import EQUILIBRIA, SEPARATIONS
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.survey import Survey
+from impactjax._model.base_motion import Chirp, HarmonicMotion
 from impactjax._model.measured_motion import MeasuredMotion
 from impactjax._number_format import with_error, with_unit
 from impactjax._parameter import ranges
@@ -17,6 +18,11 @@ from impactjax._sensor.low_pass import Butterworth
 
 _TYPICAL = {"steel on steel": 1e-4, "hard plastic or wood": 1e-3, "rubber": 5e-3}
 """Durations of contacts [s], of bodies of some centimetres."""
+_MOTIONS = {
+    HarmonicMotion: " harmonically",
+    Chirp: " with a frequency that changes",
+    MeasuredMotion: " as measured",
+}
 _RISE = 0.44  # duration of the main lobe of a Butterworth low-pass times its cut-off
 _ONE_SIDED = 2.0  # least ratio of a value to its error for a bound on the side of zero
 
@@ -70,8 +76,7 @@ def system_words(found: Survey) -> list[str]:
         told.append(f"There is a second stop, above, at {setup.upper.gap:.4g} (SI).")
     base = getattr(setup.oscillator, "base", None)
     if base is not None:
-        moves = "as measured" if isinstance(base, MeasuredMotion) else "harmonically"
-        told.append(f"The base moves {moves}.")
+        told.append(f"The base moves{_MOTIONS.get(type(base), '')}.")
     if isinstance(low_pass := setup.known_low_pass, Butterworth):
         told.append(f"Low-pass: {float(low_pass.cutoff):.4g} Hz, order {low_pass.order}.")
     return told

@@ -4,9 +4,11 @@ import numpy as np
 
 from impactjax._compare.said import sidecar_error
 from impactjax._model.measured_motion import MeasuredMotion
-from impactjax._record.read_recording import RecordingFile, read_column, read_recording
+from impactjax._record.read_recording import RecordingFile, read_base
 from impactjax._record.recording import Recording
 from impactjax._sensor.quantity import Acceleration, Displacement
+
+_MOTIONS = {Acceleration: MeasuredMotion, Displacement: MeasuredMotion.of_displacement}
 
 
 def measured_base(file: RecordingFile) -> MeasuredMotion:
@@ -16,27 +18,17 @@ def measured_base(file: RecordingFile) -> MeasuredMotion:
     **Raises** `FileError` for a quantity other than acceleration and displacement, and for a
     measurement that does not cover the recording.
     """
-    assert file.sidecar_path is not None
-    base = file.sidecar.base
-    if base.recording is None:
-        found = read_column(file.path, file.sidecar.read, base)
-    else:
-        other = read_recording(file.sidecar_path.parent / base.recording)
-        found = read_column(other.path, other.sidecar.read, base)
-    measured = found.recording
-    place, key = f"{found.path.name}", "recording" if base.column is None else "column"
-    if not isinstance(measured, Recording) or not isinstance(
-        measured.quantity, Acceleration | Displacement
-    ):
-        problem = f"{place} holds {measured.observed}, which does not tell how the base moves"
+    found, key = read_base(file), "recording" if file.sidecar.base.column is None else "column"
+    measured, name = found.recording, found.path.name
+    make = _MOTIONS.get(type(measured.quantity)) if isinstance(measured, Recording) else None
+    if make is None or not isinstance(measured, Recording):
+        problem = f"{name} holds {measured.observed}, which does not tell how the base moves"
         raise sidecar_error(file, key, problem, "name an acceleration or a displacement")
     valid = np.asarray(measured.valid)
     times, values = (np.asarray(each)[valid] for each in (measured.ts, measured.values))
     begin, end = float(file.recording.begin), float(file.recording.end)
     if not times[0] <= begin <= end <= times[-1]:
-        problem = f"{place} goes from {times[0]:g} to {times[-1]:g} s"
+        problem = f"{name} goes from {times[0]:g} to {times[-1]:g} s"
         needed = f"the recording needs the motion of the base from {begin:g} to {end:g} s"
         raise sidecar_error(file, key, problem, needed)
-    if isinstance(measured.quantity, Displacement):
-        return MeasuredMotion.of_displacement(times, values)
-    return MeasuredMotion(times, values)
+    return make(times, values)

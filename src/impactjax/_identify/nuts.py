@@ -126,7 +126,7 @@ def _sampler(
 
     begin, transition = hmc(density.potential)
 
-    def first(place: Place, key: Key[Array, ""]) -> Any:  # noqa: ANN401
+    def first(place: Place, key: Key[Array, ""]) -> Any:  # noqa: ANN401  NumPyro names no type for it
         begun = ParamInfo(place.at, -place.log_density, -place.gradient)
         settings = {"num_warmup": warmup, "dense_mass": True, "target_accept_prob": _ACCEPTED}
         return begin(begun, rng_key=key, **settings)

@@ -19,7 +19,7 @@ from impactjax._record.missed_impacts import heard
 from impactjax._record.onsets import read_onsets
 from impactjax._record.outliers import spikes
 from impactjax._record.recording import Recording
-from impactjax._record.sidecar import BaseTable, ReadTable, Sidecar, read_sidecar
+from impactjax._record.sidecar import Sidecar, read_sidecar
 from impactjax._record.table import Table, numbers, numbers_and_gaps
 from impactjax._record.tables import read_table
 from impactjax._sensor.abstract_quantity import AbstractQuantity
@@ -62,10 +62,7 @@ def read_recording(path: str | Path, sidecar_path: str | Path | None = None) -> 
     Raises `FileError`, whose message is one sentence with file, line and remedy.
     """
     path = Path(path)
-    sidecar_path = None if sidecar_path is None else Path(sidecar_path)
-    beside = path.parent / f"{path.stem}.toml"
-    if sidecar_path is None and beside != path and beside.is_file():
-        sidecar_path = beside
+    sidecar_path = _beside(path) if sidecar_path is None else Path(sidecar_path)
     sidecar = Sidecar() if sidecar_path is None else read_sidecar(sidecar_path)
     if path.suffix.lower() == ".wav":
         recording, notes = _impact_times(path, read_onsets(path), sidecar)
@@ -74,16 +71,29 @@ def read_recording(path: str | Path, sidecar_path: str | Path | None = None) -> 
     return RecordingFile(path, recording, sidecar, sidecar_path, tuple(notes))
 
 
-def read_column(path: Path, read: ReadTable, base: BaseTable) -> RecordingFile:
-    """The motion of the base in a file that has been described: the column that `base` names, or
-    the one that the file is read for.
+def read_base(file: RecordingFile) -> RecordingFile:
+    """The motion of the base that [base] in a file's sidecar names: a column of the same file, or
+    of another one, which its own sidecar may describe. Raises `FileError`.
     """
+    path, sidecar, base = file.path, file.sidecar, file.sidecar.base
+    if base.recording is not None:
+        assert file.sidecar_path is not None
+        path = file.sidecar_path.parent / base.recording
+        own = _beside(path)
+        sidecar = Sidecar() if own is None else read_sidecar(own)
+    read = sidecar.read
     if base.column is not None:
         named = {"column": base.column, "quantity": base.quantity, "unit": base.unit}
         read = msgspec.structs.replace(read, **named)
     sidecar = Sidecar(read=read)
     recording, notes = _recording(read_table(path, read), sidecar)
     return RecordingFile(path, recording, sidecar, None, tuple(notes))
+
+
+def _beside(path: Path) -> Path | None:
+    """The sidecar NAME.toml beside a file, if there is one."""
+    found = path.parent / f"{path.stem}.toml"
+    return found if found != path and found.is_file() else None
 
 
 def _recording(table: Table, sidecar: Sidecar) -> tuple[AbstractRecording, list[str]]:

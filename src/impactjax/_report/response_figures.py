@@ -119,16 +119,16 @@ def plot_exponents(ax: "Axes", found: Exponents, values: ArrayLike) -> "Axes":
     return ax
 
 
-def plot_divergence(ax: "Axes", found: Divergence, begin: float, end: float) -> "Axes":
+def plot_divergence(ax: "Axes", found: Divergence) -> "Axes":
     """The mean divergence of neighbouring states, and the line whose slope is the exponent.
 
     **Arguments:**
 
     - `ax`: axes to draw on.
-    - `found`: result of `divergence`, with the same `begin` and `end`.
+    - `found`: result of `divergence`.
     """
     ax.plot(found.after, found.logarithm, color=OTHER, linewidth=1.2)
-    own = (found.after >= begin) & (found.after <= end)
+    own = (found.after >= found.begin) & (found.after <= found.end)
     middle = np.mean(found.after[own]), np.mean(found.logarithm[own])
     line = middle[1] + found.exponent * (found.after[own] - middle[0])
     ax.plot(found.after[own], line, color=FITTED, linewidth=1.5)

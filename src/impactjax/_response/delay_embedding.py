@@ -10,7 +10,7 @@ from impactjax._refusal import whole
 from impactjax._types import Numbers
 
 _FEWEST = 200  # samples
-_PER_CELL = 20.0  # samples in a cell of the histogram, on average
+_PER_CELL = 20.0  # pairs of values in a pair of cells, on average
 _STRETCHED = 15.0  # a false neighbour's distance grows by more than this factor
 _FAR = 2.0  # or to more than this, relative to the size of the motion
 _MOST = 4000  # states whose neighbours are looked at
@@ -48,12 +48,15 @@ class Divergence(NamedTuple):
     - `after`: times [s].
     - `logarithm`: mean logarithm of the distance of states that were nearest neighbours.
     - `exponent`, `error`: its slope, the largest Lyapunov exponent, and its standard error [1/s].
+    - `begin`, `end`: times between which that is its slope [s].
     """
 
     after: Float[np.ndarray, " times"]
     logarithm: Float[np.ndarray, " times"]
     exponent: float
     error: float
+    begin: float
+    end: float
 
 
 def delay_embedding(
@@ -86,9 +89,14 @@ def delay_embedding(
     """
     record = _checked(values, interval)
     most = whole("most", most, 1)
-    longest = record.size // 10
-    information = np.array([_information(record, k) for k in range(1, longest)])
-    lag = _first_minimum(information, record.size) if delay is None else whole("delay", delay, 1)
+    cells, count = _cells(record)
+    lags = range(1, record.size // 10)
+    information = np.array([_information(cells[:-k], cells[k:], count) for k in lags])
+    lag = (
+        _first_minimum(information, cells.size, count)
+        if delay is None
+        else whole("delay", delay, 1)
+    )
     if lag * most >= record.size // 2:
         raise ValueError(
             f"The record has {record.size} samples, too few for {most} coordinates {lag} samples "
@@ -139,7 +147,7 @@ def divergence(embedding: DelayEmbedding, begin: float, end: float, apart: float
     after = steps * interval
     slopes = np.polyfit(after[first:], parts[:, first:].T, 1)[0]
     error = float(np.std(slopes, ddof=1) / np.sqrt(_BLOCKS))
-    return Divergence(after, np.mean(parts, axis=0), float(np.mean(slopes)), error)
+    return Divergence(after, np.mean(parts, axis=0), float(np.mean(slopes)), error, begin, end)
 
 
 def _checked(values: Numbers, interval: float) -> np.ndarray:
@@ -158,36 +166,32 @@ def _checked(values: Numbers, interval: float) -> np.ndarray:
     return record
 
 
-def _information(record: np.ndarray, lag: int) -> float:
-    """Mutual information [bit] of values `lag` samples apart."""
-    first, second = record[:-lag], record[lag:]
-    bins = _cells(first.size)
-    cells = np.zeros((bins, bins))
-    np.add.at(cells, (_cell(first, bins), _cell(second, bins)), 1 / first.size)
-    alone = np.outer(cells.sum(1), cells.sum(0))
-    held = cells > 0
-    return float(np.sum(cells[held] * np.log2(cells[held] / alone[held])))
+def _cells(record: np.ndarray) -> tuple[np.ndarray, int]:
+    """The number of the cell that each value is in, and the number of cells. All hold about equally
+    many values. A pair of cells holds 20 pairs of independent values in the mean.
+    """
+    count = max(int(np.sqrt(record.size / _PER_CELL)), 2)
+    ranks = np.empty(record.size, int)
+    ranks[np.argsort(record, kind="stable")] = np.arange(record.size)
+    return ranks * count // record.size, count
 
 
-def _cells(size: int) -> int:
-    """Number of cells along each axis."""
-    return max(int(np.sqrt(size / _PER_CELL)), 2)
+def _information(first: np.ndarray, second: np.ndarray, count: int) -> float:
+    """Mutual information [bit] of values in some of `count` cells."""
+    pairs = np.bincount(first * count + second, minlength=count**2).reshape(count, count)
+    shares = pairs / first.size
+    alone = np.outer(shares.sum(1), shares.sum(0))
+    held = shares > 0
+    return float(np.sum(shares[held] * np.log2(shares[held] / alone[held])))
 
 
-def _cell(values: np.ndarray, bins: int) -> np.ndarray:
-    """Numbers of the cells, which hold equally many values each."""
-    ranks = np.empty(values.size, int)
-    ranks[np.argsort(values, kind="stable")] = np.arange(values.size)
-    return ranks * bins // values.size
-
-
-def _first_minimum(information: AnyArray, size: int) -> int:
-    """Place of the first minimum that is deeper than the information of independent values, which
-    is (cells − 1)² / (2 size ln 2) in the mean.
+def _first_minimum(information: AnyArray, size: int, count: int) -> int:
+    """Place of the first minimum that is deeper than what is found of independent values, which is
+    (count − 1)² / (2 size ln 2) bit in the mean.
     """
     from scipy.signal import find_peaks  # a second that others can do without
 
-    found, _ = find_peaks(-information, prominence=(_cells(size) - 1) ** 2 / (2 * size * np.log(2)))
+    found, _ = find_peaks(-information, prominence=(count - 1) ** 2 / (2 * size * np.log(2)))
     if not found.size:
         raise ValueError(
             "The mutual information has no minimum within a tenth of the record: state the `delay`."

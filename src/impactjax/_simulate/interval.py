@@ -45,8 +45,6 @@ def _rule(equation: JaxprEqn, operands: list[Operand]) -> Sequence[Operand]:
     if not any(isinstance(operand, Interval) for operand in operands):
         return unchanged(equation, operands)
     name = equation.primitive.name
-    if name == "held":
-        return [_widened(operand).low for operand in operands]
     if name not in _RULES:
         return [_anything(variable.aval) for variable in equation.outvars]
 
@@ -89,6 +87,12 @@ def _rising(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> In
     del params
     each = [_widened(operand) for operand in operands]
     return Interval(same(*[side.low for side in each]), same(*[side.high for side in each]))
+
+
+def _held(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Array:
+    """A number that a step holds as it is at the begin of the interval of time."""
+    del params
+    return same(_widened(operands[0]).low)
 
 
 def _converted(same: Map, params: dict[str, PyTree], operands: list[Operand]) -> Interval:
@@ -232,7 +236,7 @@ _RISING = (
     "reshape", "squeeze", "expand_dims", "copy", "slice", "transpose", "rev", "concatenate",
     "stack", "stop_gradient", "reduce_and", "reduce_or",
 )  # fmt: skip
-_RULES: dict[str, Callable[[Map, dict[str, PyTree], list[Operand]], Interval]] = {
+_RULES: dict[str, Callable[[Map, dict[str, PyTree], list[Operand]], Operand]] = {
     **dict.fromkeys(_RISING, _rising),
     **dict.fromkeys(("neg", "not", "acos"), _falling),
     **dict.fromkeys(("abs", "square", "cosh"), _even),
@@ -243,6 +247,7 @@ _RULES: dict[str, Callable[[Map, dict[str, PyTree], list[Operand]], Interval]] =
     "log": _above(0.0, _rising),
     "log1p": _above(-1.0, _rising),
     "rsqrt": _above(0.0, _falling),
+    "held": _held,
     "sub": _subtract,
     "mul": _multiply,
     "div": _divide,
