@@ -9,6 +9,7 @@ import pytest
 from scipy import signal
 
 import impactjax as ij
+from impactjax._fit.left_out import not_excluded
 from reference import pendulum, simulate_rigid
 from tiers import thorough
 
@@ -91,15 +92,36 @@ def test_needed_gap_is_fitted():
     assert abs(omega_n.value - OMEGA_N) < 3 * omega_n.standard_error
 
 
-@thorough
-def test_intervals_allow_for_a_stated_cutoff_that_is_wrong():
-    """The sensor is said to have 50 Hz and has 40: a later release makes up for it."""
+def behind_a_low_pass(cutoff):
+    """Angles behind a Butterworth low-pass of order 2, by SciPy at 10 kHz."""
     fine = np.linspace(0.0, 1.4, 14001)
     flow, start = pendulum(OMEGA_N, ZETA, 0.0), [np.pi / 4, 0.0]
     angles = simulate_rigid(flow, start, fine, lambda speed: R, max_step=1e-3).position
-    sections = signal.butter(2, 40.0, fs=1e4, output="sos")
+    sections = signal.butter(2, cutoff, fs=1e4, output="sos")
     filtered, _ = signal.sosfilt(sections, angles, zi=signal.sosfilt_zi(sections) * angles[0])
-    record, sensor = noisy(filtered[::20], 3), ij.Sensor(low_pass=ij.Butterworth(50.0))
+    return filtered[::20]
+
+
+def test_effect_of_a_held_cutoff_is_that_of_fits_with_others():
+    model = ij.ImpactOscillator(ij.Pendulum(13.4, 0.002), ij.Stop(ij.Restitution(0.6)))
+    record, initial = noisy(behind_a_low_pass(50.0), 3), ij.InitialState(0.78)
+
+    def found(cutoff):
+        sensor = ij.Sensor(low_pass=ij.Butterworth(cutoff))
+        return ij.fit(ij.Experiment(model, record, initial, sensor))
+
+    middle, below, above = found(50.0), found(49.0), found(51.0)
+    (own,) = [each for each in not_excluded(middle) if each.held.name == "cutoff"]
+    moved = (above.values - below.values) / 2 / middle.standard_errors
+    np.testing.assert_allclose(own.effect / middle.standard_errors, moved, rtol=0, atol=0.01)
+    assert np.max(np.abs(moved)) > 0.1
+
+
+@thorough
+def test_intervals_allow_for_a_stated_cutoff_that_is_wrong():
+    """The sensor is said to have 50 Hz and has 40: a later release makes up for it."""
+    record = noisy(behind_a_low_pass(40.0), 3)
+    sensor = ij.Sensor(low_pass=ij.Butterworth(50.0))
 
     def found(**fixed):
         known = {"gain": 1.0, "offset": 0.0, "drift": 0.0, "dry_friction": None, **fixed}
