@@ -123,20 +123,26 @@ def test_profile_at_end_of_range_is_open():
     assert each.high == pytest.approx(high, rel=1e-3)
 
 
-@pytest.mark.parametrize("inverse", [0.1, 0.02])
-def test_profile_of_parameter_that_fades(inverse):
-    """The data are linear in the inverse, and tell from zero whether the larger one is."""
-    data = inverse * T + SIGMA * np.random.default_rng(4).standard_normal(len(T))
-    data += (inverse - (data @ T) / (T @ T)) * T
-    fading = POSITIVE._replace(fades=True)
-    found = fitted(lambda p: T / p[0] + 0 * p[1], [fading, ANY], data, SIGMA, [8.0, 0.0])
+@pytest.mark.parametrize("slope", [0.1, 0.02])
+@pytest.mark.parametrize(
+    "allowed",
+    [POSITIVE._replace(fades=True, power=-1.0), POSITIVE._replace(power=-0.4)],
+    ids=["fades", "stiffness"],
+)
+def test_profile_of_parameter_with_straight_power(allowed, slope):
+    """The data are linear in a power, and tell from zero whether the larger one is."""
+    data = slope * T + SIGMA * np.random.default_rng(4).standard_normal(len(T))
+    data += (slope - (data @ T) / (T @ T)) * T
+    power, begin = allowed.power, 0.125 ** (1 / allowed.power)
+    found = fitted(lambda p: T * p[0] ** power + 0 * p[1], [allowed, ANY], data, SIGMA, [begin, 0])
     each = ij.profiles(found, "p0", points=21)["p0"]
     error = SIGMA / np.sqrt(T @ T)
     assert (np.diff(each.at) > 0).all()
-    np.testing.assert_allclose(each.rise, ((1 / each.at - inverse) / error) ** 2, atol=1e-3)
-    assert each.low == pytest.approx(1 / (inverse + LIMIT * error), rel=1e-3)
-    if inverse > LIMIT * error:
-        assert each.high == pytest.approx(1 / (inverse - LIMIT * error), rel=5e-3)
+    np.testing.assert_allclose(each.rise, ((each.at**power - slope) / error) ** 2, atol=1e-3)
+    assert each.low**power == pytest.approx(slope + LIMIT * error, rel=1e-3)
+    assert found.low[0] ** power == pytest.approx(slope + LIMIT * error, rel=1e-2)  # linearised
+    if slope > LIMIT * error:
+        assert each.high**power == pytest.approx(slope - LIMIT * error, rel=5e-3)
         assert each.shape is ij.ProfileShape.BOUNDED
     else:
         assert each.high == np.inf

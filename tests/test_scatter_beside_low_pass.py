@@ -21,7 +21,7 @@ def test_search_may_begin_without_a_low_pass():
     own = experiment(record(1, 0.02), sensor=sensor, free=["cutoff"])
     problem = ij.build_problem(own).padded()
     axes = straight(problem)
-    values, logs = axes.turned(np.asarray(problem.starting_values())), np.zeros(16)
+    values, logs = axes.places(np.asarray(problem.starting_values())), np.zeros(16)
     values[list(axes.fades)] = [each.low for each in axes.ranges if each.fades]
     point, step = around(problem, values, logs, evaluate), 1e-6 * np.array(axes.fades)
     assert point.exists()

@@ -83,7 +83,7 @@ def test_scatter_of_a_comparison_is_saved(tmp_path):
 def test_directional_derivatives_are_those_of_the_motion():
     """Around the truth an impact's factor changes all later flights in proportion."""
     problem = plain(0.0).problem.padded()
-    values = straight(problem).turned(np.array([SPEED, R, OMEGA]))
+    values = straight(problem).places(np.array([SPEED, R, OMEGA]))
     values = np.array([{"r": R, "omega_n": OMEGA, "x_dot0": SPEED}[x] for x in problem.names])
     found = around(problem, values, np.zeros(12), evaluate)
     ts = np.asarray(problem.recording.instants)[:1200]

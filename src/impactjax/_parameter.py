@@ -25,6 +25,7 @@ class Range(NamedTuple):
     excludes_low: bool  # true if `low` itself is not allowed
     known: bool  # true if usually measured separately: a fit varies it only on request
     fades: bool = False  # true if its effect goes with its inverse, and vanishes at infinity
+    power: float = 1.0  # the power of it in which residuals are nearly linear
 
     def holds(self, value: Float[Array, "..."]) -> Bool[Array | np.ndarray | np.bool, "..."]:
         """True if a value is finite and in range."""
@@ -50,6 +51,7 @@ def parameter(
     at_most: float = math.inf,
     known: bool = False,
     fades: bool = False,
+    power: float = 1.0,
 ) -> dict[str, Range]:
     """Metadata of a field that holds a parameter:
     `eqx.field(converter=as_parameter, metadata=parameter("rad/s", above=0))`.
@@ -64,10 +66,20 @@ def parameter(
     - `known`: true if it is usually measured separately, so that a fit varies it only on request.
     - `fades`: true for a positive parameter whose effect goes with its inverse, and vanishes at
       infinity, such as the cutoff of a low-pass: a fit moves the inverse.
+    - `power`: the power of a positive parameter in which residuals are nearly linear: −0.4 for the
+      stiffness k of a force k δ^1.5, as the duration of a contact goes with k^(−0.4). Intervals in
+      linear approximation are those of this power. That of a parameter that fades is −1.
+
+    **Raises:** `ValueError` if the power is zero or not finite, or differs from 1 while the range
+    holds negative numbers.
     """
     low = at_least if above is None else above
-    excludes_low = above is not None
-    return {_KEY: Range(unit, low, at_most, excludes_low=excludes_low, known=known, fades=fades)}
+    power = -1.0 if fades else power
+    if power == 0 or not math.isfinite(power):
+        raise ValueError(f"Argument `power` must be finite and not zero, but it is {power}.")
+    if power != 1 and low < 0:
+        raise ValueError("Argument `power` differs from 1, which needs a range without negatives.")
+    return {_KEY: Range(unit, low, at_most, above is not None, known, fades, power)}
 
 
 def as_parameter(value: Numbers) -> Float[Array, "..."]:

@@ -17,6 +17,7 @@ from impactjax._fit.fit import best_from
 from impactjax._fit.quantiles import NORMAL
 from impactjax._fit.scatter_test import with_normal_scatter
 from impactjax._fit.score_test import HeldParameter
+from impactjax._fit.straight import raised, straight
 from impactjax._fit.uncertainty import holding
 from impactjax._number_format import with_unit
 from impactjax._parameter import Range
@@ -114,31 +115,40 @@ def _with_friction(estimate: Estimate[Problem], dry: Estimate[Problem]) -> _Inte
 def _over(
     held: HeldParameter, allowed: Range, estimate: Estimate[Problem], effect: np.ndarray
 ) -> _Intervals:
-    """Intervals over the 95 % interval of a held parameter: by its effect, each value moves from
-    one end to the other, and has its own error beside that.
+    """Intervals over the 95 % interval of a held parameter: by its effect, the straight coordinate
+    of each parameter moves from one end to the other, and has its own error beside that.
     """
     ends, away = _span(held, allowed)
-    values = estimate.values + effect * np.mean(away)
-    moved = effect * (away[1] - away[0]) / 2
-    low = values - np.hypot(estimate.values - estimate.low, moved)
-    high = values + np.hypot(estimate.high - estimate.values, moved)
+    axes, values = straight(estimate.problem), np.asarray(estimate.values)
+    places, effect = axes.places(values), effect / axes.slopes(values)
+    least, most = axes.span(np.asarray(estimate.low), np.asarray(estimate.high))
+    middle, moved = places + effect * np.mean(away), effect * (away[1] - away[0]) / 2
+    low, high = axes.interval(
+        middle - np.hypot(places - least, moved), middle + np.hypot(most - places, moved)
+    )
     shown = " to ".join(with_unit(f"{end:.3g}", held.unit) for end in ends)
     name = held.name.replace("_", " ")
     sentence = f"A {name} from {shown} is not excluded: all intervals allow for it."
-    return _Intervals(np.asarray(low), np.asarray(high), sentence)
+    return _Intervals(low, high, sentence)
 
 
 def _span(held: HeldParameter, allowed: Range) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the 95 % interval of a held parameter, and their distances from its value in a
-    coordinate with a linear effect: for one that fades the inverse, with the same slope there. A
-    positive one is trusted to a factor of two.
+    straight coordinate that has the slope of the value there. A positive one is trusted to a factor
+    of two.
     """
     half, value = NORMAL * held.standard_error, held.held
     least, most = allowed.low, allowed.high
     if allowed.low == 0 < value:
         least, most = value / _FACTOR, value * _FACTOR
-    limits = np.array([least, most])
-    limits = 2 * value - value**2 / limits if allowed.fades else limits
-    ends = np.clip(held.value, *limits) + np.array([-half, half])
-    ends = np.clip(ends, *limits)
-    return value**2 / (2 * value - ends) if allowed.fades else ends, ends - value
+    power, limits = allowed.power, np.array([least, most])
+    place, rate = raised(np.asarray(value), power), _rate(value, power)
+    limits = (raised(limits, power) - place) / rate
+    ends = np.clip(held.value - value, *limits) + np.array([-half, half])
+    away = np.clip(ends, *limits)
+    return raised(place + rate * away, 1 / power), away
+
+
+def _rate(value: float, power: float) -> float:
+    """The derivative of the power of a number that is positive unless the power is one."""
+    return power * value ** (power - 1) if power != 1 else 1.0

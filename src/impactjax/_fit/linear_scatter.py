@@ -74,7 +74,7 @@ def around(problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate) 
     If all numbers are known, `evaluate` runs once for each impact that happens.
     """
     axes, count = straight(problem), logs.shape[0]
-    own = axes.turned(values)
+    own = axes.values(values)
     slopes, prior = axes.slopes(own), problem.prior_rows(own)
     prior = prior._replace(slopes=prior.slopes * slopes)
     directions = np.eye(problem.impacts, count, dtype=values.dtype).T
@@ -103,10 +103,10 @@ def around_values(problem: Problem, values: Vector, logs: Effects) -> Around:
     rows of the padding.
     """
     own, axes = problem.padded() if is_known(problem) else problem, straight(problem)
-    point, count = around(own, axes.turned(values), logs, evaluate), problem.valid.shape[-1]
+    point, count = around(own, axes.places(values), logs, evaluate), problem.valid.shape[-1]
     return Around(
         known(point.residuals)[:count],
-        known(point.jacobian)[:count] / axes.slopes(axes.turned(values)),
+        known(point.jacobian)[:count] / axes.slopes(values),
         known(point.effects)[:count],
         point.impacts,
         problem.prior_rows(values),
@@ -125,7 +125,7 @@ def _answer(
     problem: Problem, values: Vector, logs: Effects, direction: Direction, evaluate: Evaluate
 ) -> Answer:
     scattered = problem.scattered(logs, direction)
-    return answer_at(scattered, straight(problem).turned(values), logged=True, by=evaluate)
+    return answer_at(scattered, straight(problem).values(values), logged=True, by=evaluate)
 
 
 class Step(NamedTuple):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-_FIRST, _GROWTH, _FARTHEST = 2.0, 4.0, 200.0  # distances of the held values, in standard errors
+_FIRST, _GROWTH, FARTHEST = 2.0, 4.0, 200.0  # distances of the held values, in standard errors
 _NEAR = 0.02  # relative distance of the rise from its limit at which the end counts as found
 _PLAIN = 4.0  # distance beyond which a side is open even if simulations fail farther out
 _CLOSE = 0.1  # relative distance to a failing simulation at which the walk ends
@@ -16,8 +16,8 @@ _AWAY = 0.1  # distance of another minimum that counts as one
 class Walk:
     """Search for the end of an interval, outwards from the estimate on one side of one parameter.
 
-    Distances are in standard errors; for a positive parameter whose error exceeds half its value,
-    they are differences of its natural logarithm.
+    Distances are in standard errors; for a positive parameter close to zero they are differences of
+    its natural logarithm.
     """
 
     parameter: int
@@ -83,7 +83,7 @@ class Walk:
             self.outer, self.bounded = (self.distance, rise), True
         elif rise < self.limit:
             self.inner = (self.distance, rise)
-        far = self.distance >= min(self.farthest, _FARTHEST)
+        far = self.distance >= min(self.farthest, FARTHEST)
         self.done = at_limit or math.isnan(rise) or (self.outer is None and far)
 
     def end(self, beyond: float) -> float:

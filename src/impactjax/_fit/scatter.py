@@ -62,7 +62,7 @@ def with_scatter(estimate: Estimate[Problem], search: Search = Search()) -> Esti
         return estimate
     problem = own if traced else own.padded()
     axes = straight(problem)
-    values = axes.turned(estimate.values if traced else known(estimate.values))
+    values = axes.places(estimate.values if traced else known(estimate.values))
     errors = estimate.standard_errors if traced else known(estimate.standard_errors)
     held = held_parameters(problem, values, errors)
     logs = namespace(values).zeros(affected(problem, estimate), values.dtype)
@@ -122,7 +122,7 @@ def held_parameters(problem: Problem, values: Vector, errors: Vector) -> Mask:
     them, so that they keep their values. The errors are those of the parameters themselves.
     """
     axes = straight(problem)
-    own = errors / abs(axes.slopes(axes.turned(values)))
+    own = errors / abs(axes.slopes(axes.values(values)))
     return namespace(values).asarray(axes.fades) & ~(values > _NO_EFFECT * own)
 
 
@@ -155,7 +155,7 @@ def _moved(
     size = step.model.expected_size
 
     def cost(residuals: Residuals, values: Vector, effects: Effects) -> float:
-        prior = problem.prior_rows(straight(problem).turned(values)).squares
+        prior = problem.prior_rows(straight(problem).values(values)).squares
         return float(np.sum(residuals**2) / noise + np.sum((effects / size) ** 2) + prior)
 
     most = cost(point.residuals, values, logs) + _SLACK

@@ -74,7 +74,7 @@ def _found(problem: Problem, solution: Solution) -> _Found:
     determined = xp.where(step.stopped, step.unlimited.determined, model.determined)
     unbounded = xp.where(determined, 0.0, np.inf)
     middle, least, most = (model.size(level) for level in (0.5, 0.025, 0.975))
-    slopes = straight(problem).slopes(straight(problem).turned(values))
+    slopes = straight(problem).slopes(straight(problem).values(values))
     jacobian = whitened(point.jacobian / slopes, point.effects, model.ratio)
     enough = _SETTLED * xp.sqrt(xp.diagonal(model.covariance)) + _ROUNDING * xp.abs(values)
     return _Found(
@@ -132,7 +132,7 @@ def _estimate(estimate: Estimate[Problem], found: _Found, point: Around) -> Esti
     usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = problem.noise.lasts(residuals, n)
     axes = straight(problem)
-    values, (low, high) = axes.turned(found.values), axes.interval(found.low, found.high)
+    values, (low, high) = axes.values(found.values), axes.interval(found.low, found.high)
     slopes = axes.slopes(values)
     low, high = (
         xp.where(found.held, old, new) for old, new in ((estimate.low, low), (estimate.high, high))

@@ -48,7 +48,7 @@ def expected_fall(estimate: Estimate[Problem], search: Search = Search()) -> flo
     −∞ if the residuals cannot be linearised.
     """
     problem = estimate.problem.padded()
-    values = straight(problem).turned(known(estimate.values))
+    values = straight(problem).places(known(estimate.values))
     logs = np.zeros(affected(problem, estimate), values.dtype)
     point = around(problem, values, logs, search.evaluate)
     if not point.exists():

@@ -1,10 +1,12 @@
-"""Coordinates in which the residuals are nearly linear: the inverse of a parameter that fades, such
-as the cutoff of a low-pass, and any other parameter itself.
+"""Coordinates in which the residuals are nearly linear: powers of parameters, such as the inverse
+of the cutoff of a low-pass, and k^(−0.4) of the stiffness of a contact, to which its duration is
+proportional.
 """
 
 import math
 from typing import NamedTuple
 
+import numpy as np
 from jaxtyping import Float
 
 from impactjax._known import AnyArray, namespace
@@ -15,56 +17,86 @@ from impactjax._problem.abstract_problem import AbstractProblem
 _ROUNDING = 1e-12  # relative difference from an end that counts as none
 
 Values = Float[AnyArray, "... parameters"]
+Numbers = Float[AnyArray, "..."]
 
 
 class Straight(NamedTuple):
     """The coordinates of a problem's parameters.
 
-    - `fades`: mask of the parameters of which the coordinate is the inverse.
+    - `powers`: the power of each parameter that is its coordinate.
+    - `fades`: mask of the parameters whose effect vanishes at infinity.
     - `ranges`: ranges of the coordinates.
     - `own`: ranges of the values.
     """
 
+    powers: tuple[float, ...]
     fades: tuple[bool, ...]
     ranges: tuple[Range, ...]
     own: tuple[Range, ...]
 
-    def turned(self, values: Values) -> Values:
-        """Coordinates of values, or values of coordinates."""
-        xp = namespace(values)
-        fades = xp.asarray(self.fades)
-        zero = fades & (values == 0)
-        inverse = 1 / xp.where(fades & ~zero, values, 1.0)
-        return xp.where(fades, xp.where(zero, xp.inf, inverse), values)
+    def places(self, values: Values) -> Values:
+        """Coordinates of values."""
+        return raised(values, namespace(values).asarray(self.powers, values.dtype))
+
+    def values(self, places: Values) -> Values:
+        """Values of coordinates."""
+        return raised(places, 1 / namespace(places).asarray(self.powers, places.dtype))
 
     def slopes(self, values: Values) -> Values:
         """Derivatives of the values by their coordinates."""
-        xp = namespace(values)
-        return xp.where(xp.asarray(self.fades), -(values**2), 1.0)
+        powers = namespace(values).asarray(self.powers, values.dtype)
+        return namespace(values).where(powers == 1, 1.0, raised(values, 1 - powers) / powers)
+
+    def span(self, low: Values, high: Values) -> tuple[Values, Values]:
+        """Ends of the coordinates between ends of their values."""
+        xp = namespace(low, high)
+        ends = xp.stack([self.places(low), self.places(high)])
+        return ends.min(axis=0), ends.max(axis=0)
 
     def interval(self, low: Values, high: Values) -> tuple[Values, Values]:
-        """Ends of the values between ends of their coordinates; those of a coordinate that are
-        beyond its range, or equal to an end of it but for rounding, are ends of the range.
+        """Ends of the values between ends of their coordinates; those of a power that are beyond
+        its range, or equal to an end of it but for rounding, are ends of the range.
         """
         xp = namespace(low, high)
-        fades, ends = xp.asarray(self.fades), zip(self.ranges, self.own, strict=True)
+        powers, ends = xp.asarray(self.powers, low.dtype), zip(self.ranges, self.own, strict=True)
         rows = [(x.low, x.high, own.low, own.high) for x, own in ends]
         least, most, lowest, highest = xp.asarray(rows, low.dtype).T
+        falls, bent = powers < 0, powers != 1
         open_low, open_high = low <= least * (1 + _ROUNDING), high >= most * (1 - _ROUNDING)
-        from_high = xp.where(open_high, lowest, self.turned(xp.where(fades, high, 1.0)))
-        from_low = xp.where(open_low, highest, self.turned(xp.where(fades, low, 1.0)))
-        return xp.where(fades, from_high, low), xp.where(fades, from_low, high)
+        from_low = xp.where(bent & open_low, xp.where(falls, highest, lowest), self.values(low))
+        from_high = xp.where(bent & open_high, xp.where(falls, lowest, highest), self.values(high))
+        return xp.where(falls, from_high, from_low), xp.where(falls, from_low, from_high)
 
 
 def straight(problem: AbstractProblem) -> Straight:
     """The coordinates of a problem's parameters."""
-    own = [handle.allowed for handle in problem.handles().values()]
-    fades = tuple(allowed.fades for allowed in own)
-    return Straight(fades, tuple(_inverse(x) if x.fades else x for x in own), tuple(own))
+    own = tuple(handle.allowed for handle in problem.handles().values())
+    powers, fades = (each.power for each in own), (each.fades for each in own)
+    return Straight(tuple(powers), tuple(fades), tuple(map(_of_power, own)), own)
 
 
-def _inverse(allowed: Range) -> Range:
-    """The range of the inverse."""
-    high = 1 / allowed.low if allowed.low > 0 else math.inf
-    low = 1 / min(allowed.high, FARTHEST)
-    return allowed._replace(low=low, high=high, excludes_low=False)
+@np.errstate(over="ignore")  # infinite, as in JAX
+def raised(values: Numbers, powers: Numbers | float) -> Numbers:
+    """Powers of numbers that are not negative; those to the power of one are unchanged."""
+    xp = namespace(values)
+    powers = xp.asarray(powers, values.dtype)
+    positive = values > 0
+    power = xp.where(positive, values, 1.0) ** powers
+    at_zero = xp.where(powers < 0, xp.inf, 0.0)
+    return xp.where(powers == 1, values, xp.where(positive, power, at_zero))
+
+
+def _of_power(allowed: Range) -> Range:
+    """The range of the power of a parameter. One that fades ends at a finite value."""
+    if allowed.power == 1:
+        return allowed
+    most = min(allowed.high, FARTHEST) if allowed.fades else allowed.high
+    low, high = _power(allowed.low, allowed.power), _power(most, allowed.power)
+    if allowed.power > 0:
+        return allowed._replace(low=low, high=high)
+    return allowed._replace(low=high, high=low, excludes_low=most == math.inf)
+
+
+def _power(value: float, power: float) -> float:
+    """The power of a number that is not negative; infinite for a negative one of zero."""
+    return math.inf if value == 0 and power < 0 else value**power

@@ -35,7 +35,7 @@ def summarise(problem: P, minimum: Minimum, start_costs: AnyArray) -> Estimate[P
     - covariance: B cov(Bᵀ Jᵀ e) Bᵀ with H⁻¹ = B Bᵀ; infinite for a parameter that may change, with
       others or alone, without a change of the residuals
     - interval: value ± t · error, with the 97.5 % quantile t of Student's distribution, cut off at
-      the range; of a parameter that fades, that of its inverse
+      the range; that of a power of the parameter where residuals are nearly linear in this power
     - log-likelihood: −(n log(2π s²) + S/s²)/2 with s² = S/n, or the known variance; minus
       ((p − mean)/sigma)²/2 for each prior
     - AIC = 2k − 2 log L, BIC = k log n − 2 log L; k counts parameters and unknown noise variances
@@ -72,7 +72,7 @@ def summarise(problem: P, minimum: Minimum, start_costs: AnyArray) -> Estimate[P
     plain = variance * xp.sum(half**2, axis=1)
     errors = xp.sqrt(xp.diagonal(covariance))
     axes = straight(problem)
-    places, slopes = axes.turned(values), xp.abs(axes.slopes(values))
+    places, slopes = axes.places(values), xp.abs(axes.slopes(values))
     half_width = _quantile(freedom, residuals.shape[0]) * errors / slopes
     interval = within_ranges(problem, *axes.interval(places - half_width, places + half_width))
     size = squares / n if given is None else given

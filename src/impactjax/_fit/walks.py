@@ -8,11 +8,12 @@ import numpy as np
 from jaxtyping import Float
 
 from impactjax._fit.estimate import Estimate, P
-from impactjax._fit.profile_walk import Walk
+from impactjax._fit.profile_walk import FARTHEST, Walk
 from impactjax._fit.refits import Points, Refits, taken
 from impactjax._fit.straight import Straight, straight
 
 _ROUNDS = 12  # most refits on one side
+_NEAR = 4.0  # distance of zero from a positive parameter, in errors, that is near
 
 Vector = Float[np.ndarray, " parameters"]
 
@@ -30,12 +31,12 @@ class Local(NamedTuple):
         return error if math.isfinite(error) else max(abs(float(self.values[parameter])), 1e-6)
 
     def is_scale(self, parameter: int) -> bool:
-        """True for a positive parameter whose error exceeds half its value: distances are
+        """True for a positive parameter whose range ends within four errors: distances are
         differences of its natural logarithm.
         """
         allowed = self.coordinates.ranges[parameter]
         positive = allowed.excludes_low and allowed.low == 0
-        return positive and self.error(parameter) > float(self.values[parameter]) / 2
+        return positive and self.error(parameter) > float(self.values[parameter]) / _NEAR
 
 
 def local(estimate: Estimate[P]) -> Local:
@@ -43,7 +44,7 @@ def local(estimate: Estimate[P]) -> Local:
     values, own = np.asarray(estimate.values), straight(estimate.problem)
     slopes = own.slopes(values)
     covariance = np.asarray(estimate.covariance) / np.outer(slopes, slopes)
-    return Local(own, own.turned(values), covariance)
+    return Local(own, own.places(values), covariance)
 
 
 class Tried(NamedTuple):
@@ -59,7 +60,8 @@ def begun(estimate: Estimate[P], around: Local, parameter: int, side: int, limit
     allowed, centre = around.coordinates.ranges[parameter], float(around.values[parameter])
     error, logarithmic = around.error(parameter), around.is_scale(parameter)
     room = (centre - allowed.low) if side < 0 else (allowed.high - centre)
-    farthest = math.inf if logarithmic else room / error
+    power = around.coordinates.powers[parameter]
+    farthest = FARTHEST * min(abs(power), 1.0) if logarithmic else room / error
     limit *= max(float(np.asarray(estimate.inflation)[parameter]), 1.0)
     walk = Walk(parameter, side, centre, error, logarithmic, farthest, limit)
     walk.done = farthest <= 0 or not math.isfinite(float(estimate.rms))
@@ -95,7 +97,7 @@ def _lowest(
     failed, or is lower than the estimate.
     """
     each = [(own, *pair) for own in centres for pair in zip(walks, held, strict=True)]
-    starts = np.array([own.coordinates.turned(_start(own, w, v)) for own, w, v in each])
+    starts = np.array([own.coordinates.values(_start(own, w, v)) for own, w, v in each])
     lowest, highest = refits.limits[:, 0], refits.limits[:, 1]
     places = np.clip(refits.problem.coordinates(starts), lowest, highest)
     active = np.ones(places.shape, bool)
@@ -115,7 +117,7 @@ def _faded(estimate: Estimate[P], refits: Refits, around: Local) -> tuple[Local,
     problem, fades = refits.problem, np.array(around.coordinates.fades)
     start = np.where(fades, refits.limits[:, 0], problem.coordinates(np.asarray(estimate.values)))
     found = refits.minima(start[None], ~fades[None])
-    values = around.coordinates.turned(np.asarray(problem.at(found.u[0])))
+    values = around.coordinates.places(np.asarray(problem.at(found.u[0])))
     slopes = np.where(fades, 0.0, np.asarray(estimate.jacobian))
     norms = np.linalg.norm(slopes, axis=0)
     sizes = np.where(norms > 0, norms, 1.0)

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from impactjax._fit.profile_walk import Walk
+from impactjax._fit.straight import raised
 from impactjax._fit.walks import Local
 from impactjax._optimise.coordinates import slope, to_coordinate
 from impactjax._parameter import Range
@@ -23,8 +24,8 @@ class Axis(NamedTuple):
     - `centre`, `unit`: estimate and standard error.
     - `logarithmic`: true if x is a difference of the natural logarithm.
     - `allowed`: range of the quantity.
-    - `straight`: range of what is held: of the inverse of a parameter that fades, which centre and
-      unit belong to as well; of any other quantity itself.
+    - `straight`: range of what is held, the power of the quantity in which residuals are nearly
+      linear; centre and unit are those of the power, too.
     """
 
     centre: float
@@ -34,30 +35,32 @@ class Axis(NamedTuple):
     straight: Range
 
     def held(self, x: Places) -> Places:
-        """The quantity, or the inverse of one that fades, at some distances."""
+        """The power of the quantity at some distances."""
         if self.logarithmic:
             return self.centre * np.exp(x)
         return self.centre + self.unit * x
 
     def distance(self, held: float) -> float:
-        """The distance of a quantity, or of the inverse of one that fades."""
+        """The distance of a power of the quantity."""
         if self.logarithmic:
             return math.log(held / self.centre) if held > 0 else -math.inf
         return (held - self.centre) / self.unit
 
     def value(self, x: Places) -> Places:
         """The quantity itself at some distances."""
-        return 1 / self.held(x) if self.allowed.fades else self.held(x)
+        return raised(self.held(x), 1 / self.allowed.power)
 
     def coordinate(self, x: Places) -> Places:
         """The coordinate of a search at some distances."""
-        held = self.held(x)
-        return held if self.allowed.fades else to_coordinate(self.allowed, held)
+        return to_coordinate(self.allowed, self.value(x))
 
     def rate(self, x: Places) -> Places:
         """The derivative of the coordinate of a search by the distance."""
-        change = self.held(x) if self.logarithmic else np.full_like(x, self.unit)
-        return change if self.allowed.fades else change / slope(self.allowed, self.coordinate(x))
+        held, power = self.held(x), self.allowed.power
+        change = held if self.logarithmic else np.full_like(x, self.unit)
+        if power != 1:
+            change = change * self.value(x) / (power * held)
+        return change / slope(self.allowed, self.coordinate(x))
 
 
 def axis_of(around: Local, parameter: int) -> Axis:

@@ -83,7 +83,7 @@ def profile_along(
     centre, at = float(axis.value(np.zeros(1))[0]), axis.value(knots.x)
     names, values = parameters
     low, high = _values_of(axis, ends.low, ends.high)
-    if axis.allowed.fades:
+    if axis.allowed.power < 0:
         at, rise, values = at[::-1], rise[::-1], values[::-1]
         ends = type(ends)(-ends.high, -ends.low)
     shape = shape_of(rise, ends, lasting=lasting)
@@ -99,6 +99,6 @@ def _values_of(axis: Axis, low: float, high: float) -> tuple[float, float]:
     held = axis.held(np.array([low, high]))
     held = np.where(np.isneginf([low, high]), straight.low, held)
     held = np.where(np.isposinf([low, high]), straight.high, held)
-    one = Straight((axis.allowed.fades,), (straight,), (axis.allowed,))
+    one = Straight((axis.allowed.power,), (axis.allowed.fades,), (straight,), (axis.allowed,))
     begin, end = one.interval(held[:1], held[1:])
     return float(begin[0]), float(end[0])

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from impactjax._fit.refits import Column, Refits
+from impactjax._fit.straight import raised
 from impactjax._fit.walks import Local
 from impactjax._identify.curves import (
     HeldParameters,
@@ -118,8 +119,8 @@ def _between(refits: Refits, pair: Sequence[int], first: Rows, floor: Knots) -> 
 
 
 def _centres(refits: Refits, axis: Axis, u: Column, parameter: int) -> Column:
-    """The second parameter in the valley, or its inverse if it fades."""
-    return u if axis.allowed.fades else to_value(refits.ranges[parameter], u)
+    """The power of the second parameter in the valley that is held."""
+    return raised(to_value(refits.ranges[parameter], u), axis.allowed.power)
 
 
 def _first_rows(

@@ -29,7 +29,9 @@ class Hertz(AbstractMemorylessLaw):
     - `k`: stiffness [N/m^{3/2}].
     """
 
-    k: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N/m^1.5", above=0))
+    k: Coefficient = eqx.field(
+        converter=as_parameter, metadata=parameter("N/m^1.5", above=0, power=-0.4)
+    )
     separation: AbstractSeparation = eqx.field(init=False, default=AtZeroPenetration())
 
     @staticmethod

@@ -24,7 +24,9 @@ class HertzDashpot(AbstractMemorylessLaw):
     - `separation`: rule for the end of the contact.
     """
 
-    k: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N/m^1.5", above=0))
+    k: Coefficient = eqx.field(
+        converter=as_parameter, metadata=parameter("N/m^1.5", above=0, power=-0.4)
+    )
     c: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N s/m", at_least=0))
     separation: AbstractSeparation = eqx.field(default=AtZeroPenetration(), kw_only=True)
 

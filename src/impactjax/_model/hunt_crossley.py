@@ -28,7 +28,9 @@ class HuntCrossley(AbstractMemorylessLaw):
     - `n`: exponent [1]; 3/2 for a sphere on a plane (`Simon`), 1 for a flat punch (`Walton`).
     """
 
-    k: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N/m^n", above=0))
+    k: Coefficient = eqx.field(
+        converter=as_parameter, metadata=parameter("N/m^n", above=0, power=-0.4)
+    )
     c: InverseSpeed = eqx.field(converter=as_parameter, metadata=parameter("s/m", at_least=0))
     n: Ratio = eqx.field(
         converter=as_parameter, metadata=parameter("1", above=0, known=True), default=1.5

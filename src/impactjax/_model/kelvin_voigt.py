@@ -36,7 +36,7 @@ class KelvinVoigt(AbstractMemorylessLaw):
     """
 
     omega0: AngularFrequency = eqx.field(
-        converter=as_parameter, metadata=parameter("rad/s", above=0)
+        converter=as_parameter, metadata=parameter("rad/s", above=0, power=-1)
     )
     gamma: Ratio = eqx.field(converter=as_parameter, metadata=parameter("1", at_least=0))
     separation: AbstractSeparation = eqx.field(default=AtZeroPenetration(), kw_only=True)

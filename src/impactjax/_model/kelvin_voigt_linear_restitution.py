@@ -37,7 +37,7 @@ class KelvinVoigtLinearRestitution(AbstractForceLaw):
     """
 
     omega0: AngularFrequency = eqx.field(
-        converter=as_parameter, metadata=parameter("rad/s", above=0)
+        converter=as_parameter, metadata=parameter("rad/s", above=0, power=-1)
     )
     r0: Ratio = eqx.field(converter=as_parameter, metadata=parameter("1", above=0, at_most=1))
     alpha: InverseSpeed = eqx.field(converter=as_parameter, metadata=parameter("s/m"))

@@ -30,7 +30,9 @@ class PowerLaw(AbstractMemorylessLaw):
     - `separation`: rule for the end of the contact.
     """
 
-    k: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N/m^n", above=0))
+    k: Coefficient = eqx.field(
+        converter=as_parameter, metadata=parameter("N/m^n", above=0, power=-0.4)
+    )
     c: Coefficient = eqx.field(
         converter=as_parameter, metadata=parameter("N s^q/m^(p+q)", at_least=0)
     )

@@ -25,7 +25,9 @@ class PustPeterka(AbstractMemorylessLaw):
     - `q`: exponent of the rate [1].
     """
 
-    k: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N/m^1.5", above=0))
+    k: Coefficient = eqx.field(
+        converter=as_parameter, metadata=parameter("N/m^1.5", above=0, power=-0.4)
+    )
     alpha: Coefficient = eqx.field(
         converter=as_parameter, metadata=parameter("s^q/m^q", at_least=0)
     )

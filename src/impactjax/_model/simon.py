@@ -26,7 +26,9 @@ class Simon(AbstractMemorylessLaw):
     - `c`: damping per stiffness [s/m].
     """
 
-    k: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N/m^1.5", above=0))
+    k: Coefficient = eqx.field(
+        converter=as_parameter, metadata=parameter("N/m^1.5", above=0, power=-0.4)
+    )
     c: InverseSpeed = eqx.field(converter=as_parameter, metadata=parameter("s/m", at_least=0))
     separation: AbstractSeparation = eqx.field(init=False, default=AtZeroPenetration())
 

@@ -26,7 +26,9 @@ class Walton(AbstractMemorylessLaw):
     - `c`: damping [N s/m²].
     """
 
-    k: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N/m", above=0))
+    k: Coefficient = eqx.field(
+        converter=as_parameter, metadata=parameter("N/m", above=0, power=-0.5)
+    )
     c: Coefficient = eqx.field(converter=as_parameter, metadata=parameter("N s/m²", at_least=0))
     separation: AbstractSeparation = eqx.field(init=False, default=AtZeroPenetration())
 
