@@ -8,7 +8,7 @@ import pytest
 import impactjax as ij
 from impactjax._fit import scatter
 from impactjax._fit.evaluation import evaluate
-from impactjax._fit.linear_scatter import around, residuals_at
+from impactjax._fit.linear_scatter import around, around_values, residuals_at
 from impactjax._fit.scatter_summary import summarised
 from impactjax._fit.scatter_test import with_normal_scatter
 from impactjax._fit.search import Search
@@ -26,6 +26,17 @@ def test_search_may_begin_without_a_low_pass():
     point, step = around(problem, values, logs, evaluate), 1e-6 * np.array(axes.fades)
     assert point.exists()
     moved = residuals_at(problem, values + step, logs, evaluate) - point.residuals
+    np.testing.assert_allclose(point.jacobian @ step, moved, atol=0.01 * np.max(abs(moved)))
+
+
+def test_linear_model_by_values_has_derivatives_by_values():
+    sensor = ij.Sensor(low_pass=ij.Butterworth(40.0))
+    problem = ij.build_problem(experiment(record(1, 0.02), sensor=sensor, free=["cutoff"]))
+    values, logs = np.asarray(problem.starting_values()), np.zeros(16)
+    point, step = around_values(problem, values, logs), 1e-6 * values
+    places = straight(problem).places(values + step)
+    padded = residuals_at(problem.padded(), places, logs, evaluate)
+    moved = padded[: problem.valid.shape[-1]] - point.residuals
     np.testing.assert_allclose(point.jacobian @ step, moved, atol=0.01 * np.max(abs(moved)))
 
 
