@@ -92,23 +92,30 @@ def test_needed_gap_is_fitted():
     assert abs(omega_n.value - OMEGA_N) < 3 * omega_n.standard_error
 
 
-def behind_a_low_pass(cutoff):
+def behind_a_low_pass(cutoff, scatter=0.0):
     """Angles behind a Butterworth low-pass of order 2, by SciPy at 10 kHz."""
+    random = np.random.default_rng(5)
     fine = np.linspace(0.0, 1.4, 14001)
     flow, start = pendulum(OMEGA_N, ZETA, 0.0), [np.pi / 4, 0.0]
-    angles = simulate_rigid(flow, start, fine, lambda speed: R, max_step=1e-3).position
+
+    def restitution(_):
+        return R * np.exp(scatter * random.standard_normal())
+
+    angles = simulate_rigid(flow, start, fine, restitution, max_step=1e-3).position
     sections = signal.butter(2, cutoff, fs=1e4, output="sos")
     filtered, _ = signal.sosfilt(sections, angles, zi=signal.sosfilt_zi(sections) * angles[0])
     return filtered[::20]
 
 
-def test_effect_of_a_held_cutoff_is_that_of_fits_with_others():
+@pytest.mark.parametrize("scatter", [0.0, 0.02])
+def test_effect_of_a_held_cutoff_is_that_of_fits_with_others(scatter):
     model = ij.ImpactOscillator(ij.Pendulum(13.4, 0.002), ij.Stop(ij.Restitution(0.6)))
-    record, initial = noisy(behind_a_low_pass(50.0), 3), ij.InitialState(0.78)
+    record, initial = noisy(behind_a_low_pass(50.0, scatter), 3), ij.InitialState(0.78)
 
     def found(cutoff):
         sensor = ij.Sensor(low_pass=ij.Butterworth(cutoff))
-        return ij.fit(ij.Experiment(model, record, initial, sensor))
+        size = ij.NormalScatter() if scatter else ij.NoScatter()
+        return ij.fit(ij.Experiment(model, record, initial, sensor, scatter=size))
 
     middle, below, above = found(50.0), found(49.0), found(51.0)
     (own,) = [each for each in not_excluded(middle) if each.held.name == "cutoff"]

@@ -94,7 +94,7 @@ def _intervals(
         if bool(dry.usable):
             yield _with_friction(fitted.estimate, dry)
     known = handles(before.problem.system)
-    for held, effect in slightly_asked_for(before, experiment, settings.search):
+    for held, effect in slightly_asked_for(fitted.estimate, experiment, settings.search):
         yield _over(held, known[held.name].allowed, fitted.estimate, effect)
 
 

@@ -17,6 +17,7 @@ from impactjax._fit.estimate import Estimate
 from impactjax._fit.evaluation import Evaluate
 from impactjax._fit.filtered import filtered_records
 from impactjax._fit.fit import best_from
+from impactjax._fit.scatter_score import linearised_with_scatter
 from impactjax._fit.scatter_test import as_held, assuming_scatter, scatter_test
 from impactjax._fit.score_test import (
     Around,
@@ -24,7 +25,6 @@ from impactjax._fit.score_test import (
     Column,
     HeldParameter,
     linearised,
-    root_weights,
     tested,
 )
 from impactjax._fit.search import Search
@@ -116,6 +116,8 @@ def needed(
     estimate: Estimate[Problem], fixed: Sequence[str] = (), search: Search = Search()
 ) -> list[HeldParameter]:
     """The parameters to be freed together: each the most needed one beside those before it."""
+    if estimate.scatter is not None:
+        return []
     candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in fixed]
     around = linearised(estimate)
     found: list[HeldParameter] = []
@@ -143,7 +145,8 @@ def not_excluded(
     cutoff of a low-pass, however little it is expected to lower AIC.
     """
     candidates = [x for x in _candidates(estimate, search.evaluate) if x.name not in fixed]
-    around, found = linearised(estimate), []
+    scatters, found = estimate.scatter is not None, []
+    around = linearised_with_scatter(estimate, search) if scatters else linearised(estimate)
     for held, column in _tests(estimate, around, candidates):
         noticed = held.gain > _NOTICED or held.name in _DOUBTED
         if noticed and not held.is_needed:
@@ -197,9 +200,7 @@ def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[Candid
         )
     if not bool(estimate.converged):
         raise ValueError("The fit did not converge: what it left out cannot be tested.")
-    if estimate.scatter is not None:
-        return []
-    problem, system, root = estimate.problem, estimate.system, root_weights(estimate)
+    problem, system = estimate.problem, estimate.system
     taken = {*problem.names, *(name for name, _ in problem.ties)}
     found = []
     for name, handle in handles(system).items():
@@ -207,16 +208,19 @@ def _candidates(estimate: Estimate[Problem], evaluated: Evaluate) -> list[Candid
             held = float(handle.get(system))
             column = _column(estimate, handle, evaluated)
             if column is not None:
-                found.append(Candidate(name, handle.allowed.unit, held, root * column))
+                found.append(Candidate(name, handle.allowed.unit, held, column))
     for low_pass, column in filtered_records(estimate):
-        found.append(Candidate("cutoff", "Hz", math.inf, root * column, low_pass))
+        found.append(Candidate("cutoff", "Hz", math.inf, column, low_pass))
     return found
 
 
 def _column(estimate: Estimate[Problem], handle: Handle, evaluated: Evaluate) -> Column | None:
     """Derivative of the residuals by a held parameter; `None` if the record does not show it."""
     problem, allowed = estimate.problem, handle.allowed
-    padded, held = problem.padded().of_record(), handle.get(problem.system)
+    padded, held = problem.padded(), handle.get(problem.system)
+    if estimate.scatter is not None:
+        padded = padded.scattered(known(estimate.scatter.logarithms))
+    padded = padded.of_record()
     u = jnp.asarray(problem.coordinates(known(estimate.values)))
     parts, no = jnp.asarray(padded.parts(LevenbergMarquardt().horizons)), jnp.zeros((), bool)
     count = problem.valid.shape[-1]

@@ -97,13 +97,15 @@ def around(problem: Problem, values: Vector, logs: Effects, evaluate: Evaluate) 
     return Around(residuals, jacobian * slopes, effects, impacts, prior)
 
 
-def around_values(problem: Problem, values: Vector, logs: Effects) -> Around:
+def around_values(
+    problem: Problem, values: Vector, logs: Effects, by: Evaluate = evaluate
+) -> Around:
     """The linear model of a recording around values of its parameters, by these themselves, and
     around some logarithms. If all numbers are known, it is that of the padded problem without the
     rows of the padding.
     """
     own, axes = problem.padded() if is_known(problem) else problem, straight(problem)
-    point, count = around(own, axes.places(values), logs, evaluate), problem.valid.shape[-1]
+    point, count = around(own, axes.places(values), logs, by), problem.valid.shape[-1]
     return Around(
         known(point.residuals)[:count],
         known(point.jacobian)[:count] / axes.slopes(values),

@@ -32,6 +32,7 @@ from impactjax._problem.prior import PriorRows
 Vector = Float[AnyArray, " observations"]
 Jacobian = Float[AnyArray, "observations parameters"]
 Effects = Float[AnyArray, "observations effects"]
+Columns = Float[AnyArray, "observations ..."]
 Number = Float[AnyArray, ""]
 PerRatio = Float[AnyArray, " ratios"]
 
@@ -250,12 +251,12 @@ def _around_the_peak(
     return xp.linspace(low, xp.max(xp.where(likely, grid, grid[0])) + step, RATIOS)
 
 
-def whitened(columns: Jacobian, effects: Effects, ratio: Number) -> Jacobian:
+def whitened(columns: Columns, effects: Effects, ratio: Number) -> Columns:
     """Columns in units of random effects and noise together: (I + λ A Aᵀ)^(−1/2) times them."""
     xp = namespace(columns, effects, ratio)
     axes, lengths, _ = xp.linalg.svd(effects, full_matrices=False)
     shrunk = 1 / xp.sqrt(1 + ratio * lengths**2) - 1
-    return columns + axes @ (shrunk[:, None] * (axes.T @ columns))
+    return columns + (axes * shrunk) @ (axes.T @ columns)
 
 
 def projected(observed: Vector, jacobian: Jacobian, effects: Effects) -> Projected:

@@ -14,6 +14,7 @@ Philosophical Society 44, 50.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -89,19 +90,21 @@ class Candidate(NamedTuple):
 
 
 class Around(NamedTuple):
-    """Residuals around an estimate and their Jacobian, both with the weights of the loss. The last
-    rows are those of prior knowledge, in units of the residuals.
+    """Weighed residuals around an estimate and their Jacobian. The last rows are those of prior
+    knowledge, in units of the residuals.
 
     - `observed`: number of the rows before.
+    - `weigh`: gives columns of the record their weights, those of the loss or of scatter.
     """
 
     residuals: Column
     jacobian: Float[AnyArray, "observations parameters"]
     observed: int
+    weigh: Callable[[AnyArray], AnyArray]
 
     def whole(self, column: Float[AnyArray, " record"]) -> Float[AnyArray, " rows"]:
-        """A column of the record, with the zeros that a parameter without a prior has."""
-        return np.pad(column, (0, len(self.residuals) - self.observed))
+        """A weighed column of the record, with the zeros that a parameter without a prior has."""
+        return np.pad(self.weigh(column), (0, len(self.residuals) - self.observed))
 
     def effect(self, column: Column) -> Float[AnyArray, " parameters"]:
         """Derivatives of the fitted values by a parameter that is held, from its column."""
@@ -117,13 +120,29 @@ class Around(NamedTuple):
 
 
 def linearised(estimate: Estimate[Problem]) -> Around:
-    """Residuals and Jacobian of an estimate."""
-    root = root_weights(estimate)
+    """Residuals and Jacobian of an estimate, with the weights of the loss."""
+    residuals = known(estimate.residuals)
+    root = np.sqrt(known(known(estimate.problem.loss).weight(residuals)))
+
+    def weigh(columns: AnyArray) -> AnyArray:
+        return (root * columns.T).T
+
+    return weighed(estimate, residuals, np.asarray(estimate.jacobian), weigh)
+
+
+def weighed(
+    estimate: Estimate[Problem],
+    residuals: Column,
+    jacobian: Float[AnyArray, "observations parameters"],
+    weigh: Callable[[AnyArray], AnyArray],
+) -> Around:
+    """Residuals and Jacobian with weights, and with the rows of prior knowledge."""
     rows, weight = estimate.problem.prior_rows(np.asarray(estimate.values)), root_prior(estimate)
     return Around(
-        np.concatenate([root * known(estimate.residuals), weight * rows.deviations]),
-        np.concatenate([root[:, None] * np.asarray(estimate.jacobian), weight * rows.slopes]),
-        len(root),
+        np.concatenate([weigh(residuals), weight * rows.deviations]),
+        np.concatenate([weigh(jacobian), weight * rows.slopes]),
+        len(residuals),
+        weigh,
     )
 
 
@@ -131,12 +150,6 @@ def root_prior(estimate: Estimate[Problem]) -> float:
     """Size of a residual against which prior knowledge is weighed; 1 if there is none."""
     weight = estimate.problem.prior_weight()
     return 1.0 if weight is None else math.sqrt(float(weight))
-
-
-def root_weights(estimate: Estimate[Problem]) -> Column:
-    """Square roots of the weights that the loss gives to the residuals."""
-    residuals = known(estimate.residuals)
-    return np.sqrt(known(known(estimate.problem.loss).weight(residuals)))
 
 
 def tested(
