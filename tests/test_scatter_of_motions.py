@@ -11,6 +11,7 @@ from impactjax._compare import scattering
 from impactjax._fit import scatter
 from impactjax._fit.evaluation import evaluate
 from impactjax._fit.linear_scatter import around
+from impactjax._fit.scatter_score import linearised_with_scatter
 from impactjax._fit.scatter_test import expected_fall
 from impactjax._fit.search import Search
 from impactjax._fit.straight import straight
@@ -93,6 +94,29 @@ def test_directional_derivatives_are_those_of_the_motion():
         np.testing.assert_allclose(
             found.effects[:1200, impact], np.where(number > impact, shown, 0.0), atol=1e-9
         )
+
+
+def test_effect_of_a_held_parameter_is_that_of_generalised_least_squares():
+    """With the covariance σ² I + s² A Aᵀ of noise and scatter, A in closed form."""
+    found = compared().best.estimate
+    ts, values = np.asarray(found.problem.recording.ts), found.values
+    speed, r, omega_n = (values[found.names.index(x)] for x in ("x_dot0", "r", "omega_n"))
+    number = np.floor(ts / (np.pi / omega_n)).astype(int)
+    factors = np.exp(np.append(0.0, found.scatter.logarithms))[: number[-1] + 1]
+    shown = (
+        (speed / omega_n) * (r**number * np.cumprod(factors)[number]) * abs(np.sin(omega_n * ts))
+    )
+    effects = np.stack([np.where(number > i, shown, 0.0) for i in range(number[-1])], axis=1)
+    covariance = found.rms**2 * np.eye(len(ts)) + found.scatter.size**2 * effects @ effects.T
+    column = np.random.default_rng(2).standard_normal(len(ts))
+    weighed = np.linalg.solve(covariance, np.column_stack([found.jacobian, column]))
+    weighed, last = weighed[:, :-1], weighed[:, -1]
+    expected = -np.linalg.solve(found.jacobian.T @ weighed, found.jacobian.T @ last)
+    own = linearised_with_scatter(found, Search()).effect(column)
+    np.testing.assert_allclose(own, expected, atol=1e-3 * np.max(np.abs(expected)))
+    jacobian, information = found.scatter.jacobian, found.rms**2 * found.jacobian.T @ weighed
+    told = np.diagonal(jacobian.T @ jacobian)
+    np.testing.assert_allclose(told, np.diagonal(information), rtol=0.1)
 
 
 def test_expected_fall_is_about_that_of_the_fit():

@@ -184,13 +184,20 @@ def _observed(problem: Problem, point: Around, logs: Effects) -> Observed:
     """The record as a mixed model has it."""
     observed = point.effects @ logs - point.residuals
     variance = problem.variance()
-    if variance is None and not problem.recording.observes_impacts:
+    if in_units_of_noise(problem):
         return _whitened(problem, observed, point.jacobian, point.effects)
     zero = namespace(observed).zeros_like(observed[0])
     own = OwnNoise(zero, zero)
     if variance is not None:
         own = OwnNoise(zero + _CERTAIN, _CERTAIN * known(variance))
     return Observed(observed, point.jacobian, point.effects, counted(problem, observed), own)
+
+
+def in_units_of_noise(problem: Problem) -> bool:
+    """True for a recorded motion with noise of an unknown size, of which the mixed model has the
+    rows in units of the noise.
+    """
+    return problem.variance() is None and not problem.recording.observes_impacts
 
 
 def counted(problem: Problem, like: AnyArray) -> AnyArray:

@@ -7,7 +7,15 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from impactjax._fit.estimate import Estimate
-from impactjax._fit.linear_scatter import Around, Effects, Mask, Step, Vector, counted
+from impactjax._fit.linear_scatter import (
+    Around,
+    Effects,
+    Mask,
+    Step,
+    Vector,
+    counted,
+    in_units_of_noise,
+)
 from impactjax._fit.marginal_likelihood import marginal_likelihood
 from impactjax._fit.mixed_model import Observed, OwnNoise, whitened
 from impactjax._fit.scatter_found import Scatter
@@ -75,7 +83,9 @@ def _found(problem: Problem, solution: Solution) -> _Found:
     unbounded = xp.where(determined, 0.0, np.inf)
     middle, least, most = (model.size(level) for level in (0.5, 0.025, 0.975))
     slopes = straight(problem).slopes(straight(problem).values(values))
-    jacobian = whitened(point.jacobian / slopes, point.effects, model.ratio)
+    squares = xp.sum(known(point.residuals) ** 2)
+    unit = squares / counted(problem, squares) if in_units_of_noise(problem) else 1.0
+    jacobian = whitened(point.jacobian / slopes, point.effects, model.ratio / unit)
     enough = _SETTLED * xp.sqrt(xp.diagonal(model.covariance)) + _ROUNDING * xp.abs(values)
     return _Found(
         values,
