@@ -98,14 +98,14 @@ def test_directional_derivatives_are_those_of_the_motion():
 
 def test_effect_of_a_held_parameter_is_that_of_generalised_least_squares():
     """With the covariance σ² I + s² A Aᵀ of noise and scatter, A in closed form."""
-    found = compared().best.estimate
-    ts, values = np.asarray(found.problem.recording.ts), found.values
+    found, ts = compared().best.estimate, record(1, 0.02).ts
+    assert found.scatter is not None
+    values = found.values
     speed, r, omega_n = (values[found.names.index(x)] for x in ("x_dot0", "r", "omega_n"))
     number = np.floor(ts / (np.pi / omega_n)).astype(int)
     factors = np.exp(np.append(0.0, found.scatter.logarithms))[: number[-1] + 1]
-    shown = (
-        (speed / omega_n) * (r**number * np.cumprod(factors)[number]) * abs(np.sin(omega_n * ts))
-    )
+    speeds = speed * r**number * np.cumprod(factors)[number]
+    shown = speeds / omega_n * abs(np.sin(omega_n * ts))
     effects = np.stack([np.where(number > i, shown, 0.0) for i in range(number[-1])], axis=1)
     covariance = found.rms**2 * np.eye(len(ts)) + found.scatter.size**2 * effects @ effects.T
     column = np.random.default_rng(2).standard_normal(len(ts))
