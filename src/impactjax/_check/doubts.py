@@ -1,13 +1,12 @@
 """Doubts about a record: what looks wrong before any fit."""
 
 from collections.abc import Iterator
-from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Float
 
 from impactjax._check.noise import Noise
 from impactjax._check.stated import doubts_about_statements
+from impactjax._compare.falling import OFF, falls, gravities
 from impactjax._compare.survey import Survey
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._record.recording import Recording
@@ -16,7 +15,6 @@ from impactjax._sensor.quantity import AbstractPlace
 _UNEVEN = 0.2  # deviation of an interval from the median, relative to it
 _COARSE = 12  # samples of a flight or a swing
 _STEPS = 1.0  # least ratio of the step to the noise at which steps matter
-_OFF = 0.05  # relative difference of gravity from its known value
 _FLAT = 0.02  # middle of a free swing, relative to its amplitude
 _LOUD = 0.05  # noise relative to the motion
 
@@ -89,46 +87,20 @@ def _impacts(found: Survey) -> Iterator[str]:
                 "The distance from the pivot to the point of contact is not stated, so that speeds "
                 "in m/s are those of a point mass: state `length` under [fixed]."
             )
-    if not isinstance(recording, Recording) or not isinstance(recording.quantity, AbstractPlace):
+    weight, fallen = look.oscillator.weight(), gravities(recording, look)
+    if not fallen.size:
         return
-    weight, bends = look.oscillator.weight(), _bends(found)
-    if not bends.size:
-        return
-    own = float(np.median(bends))
-    if weight is None:
-        falls = bends.size > 1 and np.all(np.abs(bends / STANDARD_GRAVITY - 1) < _OFF)
-        if falls and not look.oscillator.is_angle():
-            yield (
-                f"The flights are those of a falling mass, with {own:.3g} m/s²: a ball is "
-                "`--system bouncing-ball`."
-            )
-    else:
-        off = own / weight - 1
-        if abs(off) > _OFF:
-            yield (
-                f"The flights have a gravity of {own:.3g} m/s² instead of {weight:.3g}: check the "
-                f"scale (`gain = {own / STANDARD_GRAVITY:.3g}` under [sensor]) and the clock."
-            )
-
-
-def _bends(found: Survey) -> Float[np.ndarray, " flights"]:
-    """Downward accelerations [m/s²] in the flights of a recorded height, from parabolas over their
-    middle; flights half as long as the longest, or shorter, are left out.
-    """
-    recording, marks = found.recording, found.look.marks
-    assert isinstance(recording, Recording)
-    ts, values = np.asarray(recording.ts), np.asarray(recording.values)
-    bends = []
-    least = np.max(np.diff(marks), initial=0.0) / 2
-    for begin, end in pairwise(marks.tolist()):
-        if end - begin <= least:
-            continue
-        margin = (end - begin) / 8
-        inside = (ts > begin + margin) & (ts < end - margin) & np.asarray(recording.valid)
-        if np.count_nonzero(inside) >= 8:
-            parabola = np.polynomial.Polynomial.fit(ts[inside], values[inside], 2)
-            bends.append(-float(parabola.deriv(2)(0.0)))
-    return np.array(bends)
+    own = float(np.median(fallen))
+    if weight is None and falls(recording, look):
+        yield (
+            f"The flights are those of a falling mass, with {own:.3g} m/s²: a ball is "
+            "`--system bouncing-ball`."
+        )
+    if weight is not None and abs(own / weight - 1) > OFF:
+        yield (
+            f"The flights have a gravity of {own:.3g} m/s² instead of {weight:.3g}: check the "
+            f"scale (`gain = {own / STANDARD_GRAVITY:.3g}` under [sensor]) and the clock."
+        )
 
 
 def _middle(found: Survey, noise: Noise) -> Iterator[str]:

@@ -53,9 +53,7 @@ def system_words(found: Survey) -> list[str]:
     setup = found.setup
     names = {type(make()): name for name, make in OSCILLATORS.items()}
     own = names.get(type(setup.oscillator), type(setup.oscillator).__name__)
-    stated = found.file is not None and found.file.sidecar.system.oscillator is not None
-    why = "as the sidecar says" if stated else f"as usual for {found.recording.observed}"
-    told = [f"System: {own}, {why}."]
+    told = [f"System: {own}, {found.why}."]
     values = [f"{name} = {value:.6g}" for name, value in setup.fixed.items()]
     of_sensor = {name: float(getattr(setup.sensor, name)) for name in ranges(setup.sensor)}
     values += [

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from impactjax._first_look.first_look import FirstLook
 from impactjax._hybrid.chunks import CHUNK
 from impactjax._model.impact_oscillator import ImpactOscillator
+from impactjax._model.law import AbstractForceLaw
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._simulate.default_step import natural_step
 from impactjax._simulate.simulation import Simulation
@@ -17,6 +18,8 @@ _FADED = 1e-3  # speed, relative to the fastest, below which a chatter series is
 _MARGIN = 1.5  # safety factor, since parameters differ from the first estimates
 _TURN_STEPS = 8  # steps for a swing from one side to the other
 _IMPACT_STEPS = 8  # steps for an impact and the flight that follows
+_CYCLE_STEPS = 20  # steps for a cycle of a mass that settles in a compliant stop
+_SLOWEST = 100  # cycles of settling that are expected at most
 _DEARER = 4  # ratio of the steps of a Runge-Kutta method to those of Taylor series
 
 
@@ -30,7 +33,8 @@ def step_budget(
     impacts = 0.0 if model.lower is None else swings + look.speeds.size + _chatter(look, model)
     step = natural_step(model, _TOLERANCE)
     dearer = 1 if isinstance(step, TaylorStep) else _DEARER
-    steps = dearer * (_TURN_STEPS * swings + _IMPACT_STEPS * impacts) + _pieces(recording, model)
+    moving = _TURN_STEPS * swings + _IMPACT_STEPS * impacts + _settling(recording, look, model)
+    steps = dearer * moving + _pieces(recording, model)
     steps = _MARGIN * steps + CHUNK
     return Simulation(max_steps=_power(steps), max_impacts=_power(_MARGIN * impacts + 8))
 
@@ -61,6 +65,31 @@ def _chatter(look: FirstLook, model: ImpactOscillator) -> float:
     the stop.
     """
     assert model.lower is not None
-    still = look.oscillator.has_equilibrium() and float(model.lower.gap) == 0
-    r = min(max(look.restitution, 0.1), 0.97)
-    return 0.0 if still else math.log(_FADED) / math.log(r)
+    return 0.0 if _is_still(look, model) else math.log(_FADED) / math.log(_restitution(look))
+
+
+def _settling(recording: AbstractRecording, look: FirstLook, model: ImpactOscillator) -> float:
+    """Expected steps of a mass that comes to rest in a compliant stop: its speed falls by r in half
+    a cycle, down to the tolerance. None if the record ends before.
+    """
+    if model.lower is None or not isinstance(model.lower.law, AbstractForceLaw):
+        return 0.0
+    weight, r = look.oscillator.weight(), _restitution(look)
+    if _is_still(look, model):
+        return 0.0
+    if weight is not None and look.speeds.size:
+        flights = 2 * float(look.speeds[-1]) * r / (weight * (1 - r))
+        if float(recording.end) < float(look.marks[-1]) + flights:
+            return 0.0
+    cycles = math.log(_TOLERANCE) / (2 * math.log(r))
+    return _CYCLE_STEPS * min(cycles, _SLOWEST)
+
+
+def _is_still(look: FirstLook, model: ImpactOscillator) -> bool:
+    """True if no force presses the mass onto the stop."""
+    assert model.lower is not None
+    return look.oscillator.has_equilibrium() and float(model.lower.gap) == 0
+
+
+def _restitution(look: FirstLook) -> float:
+    return min(max(look.restitution, 0.1), 0.97)

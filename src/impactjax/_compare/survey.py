@@ -8,6 +8,7 @@ import equinox as eqx
 import numpy as np
 
 from impactjax._compare.adjust import WHERE, adjusted
+from impactjax._compare.falling import falls, gravities
 from impactjax._compare.named import check_law
 from impactjax._compare.oscillators import (
     DRAG,
@@ -21,7 +22,9 @@ from impactjax._compare.setup import Setup, setup_of
 from impactjax._compare.typical_systems import Law
 from impactjax._compare.unstated_sensor import with_named_low_pass
 from impactjax._first_look.first_look import FirstLook
+from impactjax._model.bouncing_ball import BouncingBall
 from impactjax._model.oscillator import AbstractOscillator
+from impactjax._parameter import ranges
 from impactjax._problem.prior import Normal
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.read_recording import RecordingFile, count_of, read_recording
@@ -37,6 +40,7 @@ class Survey(NamedTuple):
     - `recording`: recording with its sign corrected and a hand's part cut off.
     - `look`: first estimates.
     - `setup`: all that is known besides the recording.
+    - `why`: reason for its oscillator, in words.
     - `notes`: sentences on samples left out, a sign turned and values assumed.
     """
 
@@ -45,6 +49,7 @@ class Survey(NamedTuple):
     recording: AbstractRecording
     look: FirstLook
     setup: Setup
+    why: str
     notes: tuple[str, ...]
 
 
@@ -63,7 +68,33 @@ class Statements(NamedTuple):
 def survey(
     record: str | Path | RecordingFile | AbstractRecording, said: Statements = Statements()
 ) -> Survey:
-    """Survey of a recording; errors are those of `prepare`."""
+    """Survey of a recording; errors are those of `prepare`. Where nobody states the oscillator, and
+    the flights of a recorded height have the acceleration of gravity, it is a ball.
+    """
+    if isinstance(record, str | Path):
+        record = read_recording(record)
+    found = _surveyed(record, said)
+    if not _is_open(found, said) or not falls(found.recording, found.look):
+        return found
+    ball = _surveyed(record, said._replace(oscillator=BouncingBall()))
+    fallen = float(np.median(gravities(found.recording, found.look)))
+    return ball._replace(why=f"as its flights have an acceleration of {fallen:.3g} m/s²")
+
+
+def _is_open(found: Survey, said: Statements) -> bool:
+    """True if nobody states anything of the oscillator."""
+    recording, file, setup = found.recording, found.file, found.setup
+    usual = OSCILLATORS[recording.usual_oscillator]()
+    told = {*said.fixed, *said.start, *said.free, *said.priors}
+    if file is not None:
+        told |= _told(file, setup)
+    if said.oscillator is not None or setup.dry_friction or told & {*ranges(usual)}:
+        return False
+    stated = file is not None and file.sidecar.system.oscillator is not None
+    return not stated and bool(eqx.tree_equal(setup.oscillator, usual))
+
+
+def _surveyed(record: RecordingFile | AbstractRecording, said: Statements) -> Survey:
     oscillator, laws, sensor, fixed, start, free, priors = said
     for name, prior in priors.items():
         check_kind("priors", prior, Normal, "Normal(0.071, 0.001)")
@@ -74,8 +105,6 @@ def survey(
         check_law(law)
     if oscillator is not None:
         check_kind("oscillator", oscillator, AbstractOscillator, "Pendulum(13.0)")
-    if isinstance(record, str | Path):
-        record = read_recording(record)
     file = record if isinstance(record, RecordingFile) else None
     if isinstance(record, RecordingFile):
         setup, name = setup_of(record, oscillator, laws), str(record.path)
@@ -97,7 +126,15 @@ def survey(
         raise ValueError(f"A record of {recording.observed} does not suit a {kind}.")
     check_requests(setup, file, arguments)
     recording, look, setup = adjusted(recording, setup, told, chosen, notes)
-    return Survey(name, file, recording, look, setup, tuple(notes))
+    return Survey(name, file, recording, look, setup, _why(file, recording, said), tuple(notes))
+
+
+def _why(file: RecordingFile | None, recording: AbstractRecording, said: Statements) -> str:
+    if said.oscillator is not None:
+        return "as stated"
+    if file is not None and file.sidecar.system.oscillator is not None:
+        return "as the sidecar says"
+    return f"as usual for {recording.observed}"
 
 
 def _without_outliers(recording: AbstractRecording) -> tuple[AbstractRecording, list[str]]:

@@ -17,6 +17,7 @@ from impactjax._fit.used_prior import UsedPrior, prior_words
 from impactjax._fit.verdict import Verdict
 from impactjax._known import AnyArray, known
 from impactjax._number_format import interval, with_error
+from impactjax._optimise.coordinates import FARTHEST
 from impactjax._outcome import Outcome
 from impactjax._problem.abstract_problem import AbstractProblem
 from impactjax._problem.assumptions import Rest, assumptions, given_words, rests
@@ -236,16 +237,17 @@ class Estimate(eqx.Module, Generic[Posed]):
     def quoted(self, name: str) -> str:
         """A parameter of a single fit as text: its value with its standard error, "0.71 ± 0.02".
 
-        If the parameter is not bounded from both sides, and its error exceeds half its value, the
-        bound instead: "less than 0.0056".
+        If the parameter is not bounded from both sides, and its error exceeds half its value, or it
+        has no effect, the bound instead: "less than 0.0056".
         """
         self.check_single()
         i = self.names.index(name)
         value, error = float(self.values[i]), float(self.standard_errors[i])
         told = self.verdict(name) in (Verdict.IDENTIFIED, Verdict.UNDECIDED)
-        if told or error < abs(value) / 2:
-            return with_error(value, error)
         allowed = self.problem.handles()[name].allowed
+        vanishes = allowed.fades and value >= FARTHEST
+        if told or (error < abs(value) / 2 and not vanishes):
+            return with_error(value, error)
         low, high = float(self.low[i]), float(self.high[i])
         low, high = (
             low if low > allowed.low else -math.inf,

@@ -1,0 +1,43 @@
+"""Flights of a recorded height that are those of a falling mass."""
+
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+
+from impactjax._first_look.first_look import FirstLook
+from impactjax._model.gravity import STANDARD_GRAVITY
+from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._record.recording import Recording
+from impactjax._sensor.quantity import AbstractPlace
+
+OFF = 0.05  # relative difference of gravity from its known value that is a fault
+_FEWEST = 2  # flights
+_SAMPLES = 8  # of the middle of a flight
+
+
+def falls(recording: AbstractRecording, look: FirstLook) -> bool:
+    """True if several flights of a record have the acceleration of gravity."""
+    found = gravities(recording, look)
+    return found.size >= _FEWEST and bool(np.all(np.abs(found / STANDARD_GRAVITY - 1) < OFF))
+
+
+def gravities(recording: AbstractRecording, look: FirstLook) -> Float[np.ndarray, " flights"]:
+    """Downward accelerations [m/s²] in the flights of a recorded height, from parabolas over their
+    middle. Flights half as long as the longest, or shorter, are left out; other records have none.
+    """
+    if not isinstance(recording, Recording) or not isinstance(recording.quantity, AbstractPlace):
+        return np.zeros(0)
+    if recording.quantity.of_angle:
+        return np.zeros(0)
+    ts, values, found = np.asarray(recording.ts), np.asarray(recording.values), []
+    least = np.max(np.diff(look.marks), initial=0.0) / 2
+    for begin, end in pairwise(look.marks.tolist()):
+        if end - begin <= least:
+            continue
+        margin = (end - begin) / 8
+        inside = (ts > begin + margin) & (ts < end - margin) & np.asarray(recording.valid)
+        if np.count_nonzero(inside) >= _SAMPLES:
+            parabola = np.polynomial.Polynomial.fit(ts[inside], values[inside], 2)
+            found.append(-float(parabola.deriv(2)(0.0)))
+    return np.array(found)
