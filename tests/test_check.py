@@ -177,9 +177,21 @@ def test_doubt_about_the_zero_of_a_free_swing():
 
 
 @quick
+def test_height_of_a_falling_mass_is_taken_for_that_of_a_ball():
+    record = displacement(bouncing())
+    told = str(ij.check(record))
+    assert "System: bouncing-ball, as its flights have an acceleration of 9.8" in told
+    (experiment,) = ij.prepare(record, laws=["restitution"]).experiments.values()
+    assert experiment.model.oscillator.weight() is not None
+
+
+@quick
 def test_doubt_about_a_ball_taken_for_an_oscillator():
-    told = ij.check(displacement(bouncing()))
-    assert any("`--system bouncing-ball`" in each for each in told.doubts), told.doubts
+    for told in (
+        ij.check(displacement(bouncing()), oscillator=ij.LinearOscillator(1.0)),
+        ij.check(displacement(bouncing()), fixed={"omega_n": 1.0}),
+    ):
+        assert any("`--system bouncing-ball`" in each for each in told.doubts), told.doubts
 
 
 @quick
