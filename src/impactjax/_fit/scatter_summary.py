@@ -78,7 +78,7 @@ def _found(problem: Problem, solution: Solution) -> _Found:
     model = step.model
     xp, stopped = namespace(values), namespace(values).diag(step.stopped)
     covariance = xp.where(stopped, step.unlimited.covariance, model.covariance)
-    low, high = (values + step.move + _reach(step, level) for level in (0.025, 0.975))
+    low, high = (values + _reach(step, level) for level in (0.025, 0.975))
     determined = xp.where(step.stopped, step.unlimited.determined, model.determined)
     unbounded = xp.where(determined, 0.0, np.inf)
     middle, least, most = (model.size(level) for level in (0.5, 0.025, 0.975))
