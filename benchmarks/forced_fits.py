@@ -3,10 +3,11 @@
     python benchmarks/forced_fits.py [--seeds 20] [--only "8 Hz"]
 
 Records of 10 s at 1 kHz with noise of 0.2 deg, after 40 s of settling, integrated by SciPy apart
-from the package: steady motions at 4.2 and 8 Hz, fitted whole, and a chaotic one at 10 Hz, fitted
-in segments. Each is fitted from the first look of `prepare`. Columns: in how many records the 95 %
-interval of each parameter holds the truth, the largest deviation in standard errors, and seconds a
-record after the first one.
+from the package: steady motions at 4.2 and 8 Hz and sweeps of the frequency, fitted whole, and a
+chaotic one at 10 Hz, fitted in segments. A sweep begins with the record, after settling at its
+first frequency. Each is fitted from the first look of `prepare`. Columns: in how many records the
+95 % interval of each parameter holds the truth, the largest deviation in standard errors, and
+seconds a record after the first one.
 """
 
 import argparse
@@ -32,7 +33,9 @@ STATED = {"length": LENGTH, "gain": 1.0, "offset": 0.0, "drift": 0.0}
 
 
 class Case(NamedTuple):
-    """A motion of the base and a law; segments of the fit, if there are any."""
+    """A motion of the base, up to another frequency in a sweep, and a law; segments of the fit, if
+    there are any.
+    """
 
     name: str
     hertz: float
@@ -40,6 +43,15 @@ class Case(NamedTuple):
     law: str
     truths: dict[str, float]
     segments: int | None = None
+    until: float | None = None
+
+    @property
+    def base(self) -> ij.AbstractBaseMotion:
+        """The motion of the base, with the phase 0."""
+        begin = 2 * np.pi * self.hertz
+        if self.until is None:
+            return ij.HarmonicMotion(self.amplitude, begin)
+        return ij.Chirp(self.amplitude, begin, (2 * np.pi * self.until - begin) / DURATION)
 
 
 CASES = (
@@ -47,6 +59,10 @@ CASES = (
     Case("4.2 Hz", 4.2, 4.6e-3, "restitution", {"r": R}),
     Case("8 Hz", 8.0, 5.2e-3, "kelvin-voigt", {"omega0": 725.0, "gamma": 0.165}),
     Case("8 Hz", 8.0, 5.2e-3, "restitution", {"r": R}),
+    Case("4 to 6 Hz", 4.0, 4.6e-3, "kelvin-voigt", {"omega0": 723.0, "gamma": 0.14}, until=6.0),
+    Case("4 to 6 Hz", 4.0, 4.6e-3, "restitution", {"r": R}, until=6.0),
+    Case("4 to 9 Hz", 4.0, 5.2e-3, "kelvin-voigt", {"omega0": 725.0, "gamma": 0.165}, until=9.0),
+    Case("7 to 9 Hz", 7.0, 5.2e-3, "restitution", {"r": R}, until=9.0),
     Case("10 Hz", 10.0, 3.1e-3, "kelvin-voigt", {"omega0": 725.0, "gamma": 0.136}, 28),
 )
 
@@ -54,10 +70,16 @@ CASES = (
 def angles(case: Case, phase: float) -> tuple[np.ndarray, np.ndarray]:
     """Times and angles of a record without noise."""
     rate, truths = 2 * np.pi * case.hertz, case.truths
+    change = 0.0 if case.until is None else (2 * np.pi * case.until - rate) / DURATION
     compliant = "omega0" in truths
 
+    def inertia(t: float) -> float:
+        faster = change if t > 0 else 0.0
+        now, angle = rate + faster * t, (rate + faster * t / 2) * t + phase
+        return case.amplitude * (now**2 * math.sin(angle) - faster * math.cos(angle))
+
     def free(t: float, y: np.ndarray) -> list[float]:
-        push = case.amplitude * rate**2 / LENGTH * math.sin(rate * t + phase) * math.cos(y[0])
+        push = inertia(t) / LENGTH * math.cos(y[0])
         return [y[1], push - 2 * ZETA * OMEGA_N * y[1] - OMEGA_N**2 * math.sin(y[0])]
 
     def touching(t: float, y: np.ndarray) -> list[float]:
@@ -69,7 +91,7 @@ def angles(case: Case, phase: float) -> tuple[np.ndarray, np.ndarray]:
     while t < DURATION:
         run = solve_ivp(
             touching if inside else free,
-            (t, DURATION),
+            (t, 0.0 if t < 0 else DURATION),  # the force jumps where a sweep begins
             y,
             "DOP853",
             rtol=TOLERANCE,
@@ -80,9 +102,10 @@ def angles(case: Case, phase: float) -> tuple[np.ndarray, np.ndarray]:
         within = (ts >= t) & (ts <= run.t[-1])
         if within.any():
             found[within] = run.sol(ts[within])[0]
-        t, y = float(run.t[-1]), np.array([0.0, run.y[1, -1]])
+        t, y = float(run.t[-1]), run.y[:, -1]
         if run.status != 1:
-            break
+            continue
+        y[0] = 0.0
         if compliant:
             inside = not inside
         else:
@@ -104,8 +127,7 @@ def deviations(case: Case, seed: int) -> tuple[dict[str, tuple[bool, float]], fl
     phase = random.uniform(-np.pi, np.pi)
     ts, values = angles(case, phase)
     record = ij.Recording(ts, values + NOISE * random.standard_normal(len(ts)), ij.Angle())
-    base = ij.HarmonicMotion(case.amplitude, 2 * np.pi * case.hertz)
-    pendulum = ij.Pendulum(10.0, 0.01, length=LENGTH, base=base)
+    pendulum = ij.Pendulum(10.0, 0.01, length=LENGTH, base=case.base)
     sensor = ij.Sensor()  # states that nothing is filtered
     prepared = ij.prepare(
         record, oscillator=pendulum, laws=[case.law], sensor=sensor, fixed=STATED, free=["phase"]
@@ -113,7 +135,7 @@ def deviations(case: Case, seed: int) -> tuple[dict[str, tuple[bool, float]], fl
     experiment = prepared.experiments[case.law]
     begin = time.perf_counter()
     if case.segments is None:
-        estimate = ij.fit(experiment, starts=ij.Starts(8))
+        estimate = ij.fit(experiment, starts=ij.Starts(8 if case.until is None else 16))
     else:
         estimate = ij.fit_in_segments(experiment, case.segments)
     seconds = time.perf_counter() - begin

@@ -102,6 +102,9 @@ SIDECARS = {
     "upper law": beside('[upper]\ngap = 1.0\nlaw = "herz"\n', "line 3", "`herz`", "`hertz`"),
     "upper at zero": beside("[upper]\ngap = 0\n", "line 2", "`upper.gap`", "> 0"),
     "half a base": beside("[base]\namplitude = 1e-3\n", "line 1", "no `frequency`", "add"),
+    "rate of a measured base": beside(
+        "[base]\ncolumn = 2\nrate = 1.0\n", "line 1", "a measured motion and a harmonic one", "omit"
+    ),
     "unknown key of the base": beside("[base]\nfreq = 3\n", "line 2", "`freq`", "`frequency`"),
     "unknown oscillator": beside('[system]\noscillator = "x"\n', "line 2", "`x`", "pendulum"),
     "unknown law": beside('[system]\nlaws = ["kelvin"]\n', "line 2", "`kelvin`", "`kelvin-voigt`"),

@@ -18,7 +18,6 @@ from impactjax._compare.oscillators import (
 )
 from impactjax._compare.said import refused_in_sidecar, sidecar_error
 from impactjax._compare.typical_systems import Law, Upper
-from impactjax._model.base_motion import HarmonicMotion
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._model.separation import AbstractSeparation
 from impactjax._problem.prior import Normal
@@ -142,9 +141,7 @@ def _completed(oscillator: AbstractOscillator, file: RecordingFile) -> AbstractO
             problem = f"a {own} has no `equilibrium`"
             raise sidecar_error(file, "equilibrium", problem, "use it with a pendulum")
         oscillator = dataclasses.replace(oscillator, equilibrium=EQUILIBRIA[system.equilibrium])
-    motion = measured_base(file) if base.is_measured else None
-    if base.amplitude is not None and base.frequency is not None:
-        motion = HarmonicMotion(base.amplitude, base.frequency, base.phase or 0.0)
+    motion = measured_base(file) if base.is_measured else base.motion()
     if motion is not None:
         if "base" not in fields:
             problem = f"the base of a {own} cannot move"
@@ -165,9 +162,8 @@ def _stated(file: RecordingFile) -> dict[str, float]:
     """Values in [upper] and [base] of parameters that are not to be fitted."""
     base, gap = file.sidecar.base, file.sidecar.upper.gap
     found = {} if gap is None else {"upper_gap": gap}
-    if base.amplitude is not None and base.frequency is not None:
-        found |= {"amplitude": base.amplitude, "frequency": base.frequency}
-        found |= {} if base.phase is None else {PHASE: base.phase}
+    moves = {name: getattr(base, name) for name in ("amplitude", "frequency", "rate", PHASE)}
+    found |= {name: value for name, value in moves.items() if value is not None}
     return {name: value for name, value in found.items() if name not in file.sidecar.fit.free}
 
 

@@ -20,7 +20,7 @@ from impactjax._design.criterion import (
     Within,
     WorstParameter,
 )
-from impactjax._model.base_motion import HarmonicMotion, on_base
+from impactjax._model.base_motion import on_base
 from impactjax._model.initial_state import InitialState
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._problem.build_problem import build_problem
@@ -124,9 +124,8 @@ def _oscillator(plan: PlanFile, oscillator: AbstractOscillator) -> AbstractOscil
             raise ValueError(f"A {type(oscillator).__name__} has no `equilibrium`.")
         equilibrium = EQUILIBRIA[plan.system.equilibrium]
         oscillator = dataclasses.replace(oscillator, equilibrium=equilibrium)
-    if plan.base.amplitude is not None:
-        assert plan.base.frequency is not None  # `read_plan` has asked for it
-        motion = HarmonicMotion(plan.base.amplitude, plan.base.frequency, plan.base.phase or 0.0)
+    motion = plan.base.motion()
+    if motion is not None:
         oscillator = on_base(oscillator, motion)
     return oscillator
 

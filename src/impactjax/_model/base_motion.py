@@ -151,7 +151,7 @@ def inertias(base: AbstractBaseMotion | None, times: Times) -> Float[np.ndarray,
     return np.array(each).reshape(-1, len(times))
 
 
-def on_base(oscillator: Own, motion: HarmonicMotion) -> Own:
+def on_base(oscillator: Own, motion: AbstractBaseMotion) -> Own:
     """An oscillator on a base that moves. Raises `ValueError` if its base cannot."""
     if "base" not in vars(oscillator):
         raise ValueError(f"The base of a {type(oscillator).__name__} cannot move.")

@@ -108,6 +108,9 @@ def read_plan(path: Path) -> PlanFile:
     if plan.base.is_measured:
         place, remedy = line_of(text, "base"), "give `amplitude` and `frequency` under [base]"
         raise FileError(path, place, "a plan has no measured motion of the base", remedy)
+    if plan.base.rate is not None:
+        place, remedy = line_of(text, "rate", "base"), "omit `rate` under [base]"
+        raise FileError(path, place, "a plan has no sweep of the frequency", remedy)
     if any(each.sigma is None for each in (plan.sensor, *(own.sensor for own in plan.sensors))):
         place = line_of(text, "sensor")
         problem = "a plan needs the size of the noise"

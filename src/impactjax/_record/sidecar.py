@@ -5,6 +5,7 @@ from typing import Annotated
 
 import msgspec
 
+from impactjax._model.base_motion import Chirp, HarmonicMotion
 from impactjax._record.file_error import FileError
 from impactjax._record.text import read_text
 from impactjax._record.toml_tables import LARGEST, Finite, Positive, line_of, tables_in
@@ -30,11 +31,14 @@ class UpperTable(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class BaseTable(msgspec.Struct, forbid_unknown_fields=True):
-    """[base]: motion of the base and the stops, harmonic or measured."""
+    """[base]: motion of the base and the stops: harmonic, with a frequency that changes at a
+    constant rate, or measured.
+    """
 
     amplitude: Annotated[float, msgspec.Meta(ge=0, le=LARGEST)] | None = None
     frequency: Positive | None = None
     phase: Finite | None = None
+    rate: Finite | None = None
     recording: str | None = None
     column: int | str | None = None
     quantity: str | None = None
@@ -44,6 +48,14 @@ class BaseTable(msgspec.Struct, forbid_unknown_fields=True):
     def is_measured(self) -> bool:
         """True if the motion is read from a file."""
         return self.recording is not None or self.column is not None
+
+    def motion(self) -> HarmonicMotion | Chirp | None:
+        """The motion, unless the base is at rest or was measured."""
+        if self.amplitude is None or self.frequency is None:
+            return None
+        if self.rate is None:
+            return HarmonicMotion(self.amplitude, self.frequency, self.phase or 0.0)
+        return Chirp(self.amplitude, self.frequency, self.rate, self.phase or 0.0)
 
 
 class SensorTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -138,8 +150,8 @@ def check_complete(path: Path, text: str, upper: UpperTable, base: BaseTable) ->
         raise FileError(path, place, "the upper stop has no position", "add `gap` under [upper]")
     _check_column(path, text, base, "base")
     if base.is_measured:
-        given = (base.amplitude, base.frequency, base.phase)
-        if given != (None, None, None):
+        given = (base.amplitude, base.frequency, base.phase, base.rate)
+        if given != (None, None, None, None):
             problem = "[base] has a measured motion and a harmonic one"
             raise FileError(path, line_of(text, "base"), problem, "omit one of them")
     elif base != BaseTable() and None in (base.amplitude, base.frequency):

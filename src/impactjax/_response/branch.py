@@ -63,8 +63,10 @@ class Branch(eqx.Module):
 
     @property
     def stable(self) -> Bool[np.ndarray, " points"]:
-        """True for each orbit whose multipliers all lie inside the unit circle."""
-        return np.max(np.abs(self.multipliers), axis=1) < 1
+        """True for each orbit whose multipliers all lie inside the unit circle, without that of a
+        shift in time.
+        """
+        return np.array([each.linear.largest() for each in self.points]) < 1
 
     def orbit(self, index: int) -> Orbit:
         """The orbit at a point."""

@@ -5,7 +5,8 @@ segment starts at time t with the state y and lasts d; it leads to
 
 - t⁺ = t + d (and the duration of a tail) and y⁺ = jump(t + d, x(d; t, y)),
 - a condition: the guard of the event at its end, g(t + d, x) = 0; d = 0 if the event happens at the
-  time of the one before; d = a share of the period for an orbit without events.
+  time of the one before. An orbit without events ends after the period of the force, or on a plane
+  (see `rhythm.py`).
 """
 
 from functools import partial
@@ -22,7 +23,7 @@ from impactjax._hybrid.numbers import packed, unpacked
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import HybridSystem, Mode, State
 from impactjax._known import AnyArray
-from impactjax._response.period import Force
+from impactjax._response.rhythm import AbstractRhythm
 from impactjax._response.segment import flown
 from impactjax._results import RESULTS
 from impactjax._types import Scalar
@@ -85,7 +86,7 @@ class Family(eqx.Module):
 
     - `system`: one of them.
     - `along`: a tree like it, the change of its arrays with the parameter of the line.
-    - `period`: period of the force, as a function of the system.
+    - `rhythm`: origin of the period.
     - `like`: a state.
     - `scale`: sizes below which its numbers need no accuracy.
     """
@@ -93,7 +94,7 @@ class Family(eqx.Module):
     step: AbstractFlowStep
     system: HybridSystem
     along: HybridSystem
-    period: Force
+    rhythm: AbstractRhythm
     like: State
     scale: State
     tolerance: Scalar
@@ -104,9 +105,9 @@ class Family(eqx.Module):
         change = jax.tree.map(lambda each: parameter * each, self.along)
         return eqx.apply_updates(self.system, change)
 
-    def period_at(self, parameter: Scalar) -> Scalar:
-        """The period of the force there."""
-        return jnp.asarray(self.period(self.at(parameter)), parameter.dtype)
+    def period_at(self, parameter: Scalar, elapsed: Scalar) -> Scalar:
+        """The period there, of the force or of a motion that takes the time `elapsed`."""
+        return self.rhythm.period(self.at(parameter), elapsed)
 
 
 @eqx.filter_jit
@@ -127,7 +128,9 @@ def pieces_of(
     """
     one = partial(_piece, family, multiple / segments)
     pieces = jax.vmap(one, in_axes=(0, 0, 0, None))(itinerary, following, arcs, parameter)
-    period, slope = jax.value_and_grad(family.period_at)(parameter)
+    last = segments.astype(jnp.int32) - 1
+    elapsed = (pieces.after[last, 0] - arcs.t[0]) / multiple
+    period, slope = jax.value_and_grad(family.period_at)(parameter, elapsed)
     return pieces, multiple * period, multiple * slope
 
 
@@ -162,7 +165,7 @@ def _piece(
         _, last, fall = rates(t + d, end.end)
         condition = jnp.sum(jnp.where(own, last, 0.0))
         condition = jnp.where(at_once, d, condition)
-        whole = d - share * family.period_at(parameter)
+        whole = family.rhythm.end(system, packed(end.end), d / share)
         condition = jnp.where(event == NO_EVENT, whole, condition)
         after = jnp.concatenate([(t + d + jump.wait)[None], packed(jump.y), condition[None]])
         near = _PASSED * jnp.abs(slope * d)

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,7 +21,7 @@ class Cycle(NamedTuple):
     """A kind of orbit: what stays the same along a branch.
 
     - `multiple`: number of periods of the force.
-    - `phase`: start of an orbit without events.
+    - `phase`: start of an orbit without events, or of one whose period is unknown.
     """
 
     family: Family
@@ -32,6 +33,16 @@ class Cycle(NamedTuple):
     def segments(self) -> int:
         """Number of segments."""
         return len(self.itinerary.event)
+
+    @property
+    def has_events(self) -> bool:
+        """True unless the orbit is a single flow."""
+        return bool(self.itinerary.event[0] != NO_EVENT)
+
+    @property
+    def is_free(self) -> bool:
+        """True if the period is an unknown."""
+        return self.family.rhythm.is_free()
 
     def packed(self, arcs: Arcs, parameter: float) -> Vector:
         """All unknowns in one row: (t, y, d) of each segment, then the parameter."""
@@ -88,11 +99,36 @@ class Linear(NamedTuple):
 
     def multipliers(self) -> Complex[np.ndarray, " numbers"]:
         """Eigenvalues of the monodromy matrix, the largest first; NaN where it is infinite."""
+        return _largest_first(np.append(self.transverse(), np.ones(int(self.cycle.is_free))))
+
+    def transverse(self) -> Complex[np.ndarray, " directions"]:
+        """The multipliers without that of a shift in time, which is 1 if the period is unknown.
+
+        The monodromy matrix takes the rate to itself; the others are those of its part across it.
+        """
         matrix = self.monodromy()
+        if self.cycle.is_free:
+            across = np.linalg.svd(self.pieces.rate[:1])[2][1:]
+            matrix = across @ matrix @ across.T
         if not np.all(np.isfinite(matrix)):
             return np.full(len(matrix), complex(np.nan))
-        found = np.linalg.eigvals(matrix).astype(complex)
-        return found[np.argsort(-np.abs(found), kind="stable")]
+        return _largest_first(np.linalg.eigvals(matrix).astype(complex))
+
+    def largest(self) -> float:
+        """The largest size of a multiplier, without that of a shift in time."""
+        return float(np.max(np.abs(self.transverse()), initial=0.0))
+
+    def following(self) -> Cycle:
+        """The kind of orbit for those near this one."""
+        family, arcs = self.cycle.family, self.cycle.arcs(self.unknowns)
+        rhythm = family.rhythm.near(arcs.y[0], self.pieces.rate[0])
+        return self.cycle._replace(family=eqx.tree_at(lambda each: each.rhythm, family, rhythm))
+
+
+def _largest_first(
+    multipliers: Complex[np.ndarray, " numbers"],
+) -> Complex[np.ndarray, " numbers"]:
+    return multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
 
 
 def linearised(cycle: Cycle, unknowns: Vector) -> Linear:
@@ -130,7 +166,7 @@ def _assembled(
         residual[number, :-1] -= starts[following]
     residual[-1, 0] -= period
     by_parameter[-1, 0] -= slope
-    if cycle.itinerary.event[0] == NO_EVENT:  # durations make up the period, and time is free
+    if cycle.is_free or not cycle.has_events:  # durations make up the period, and time is free
         residual[-1, 0] = arcs.t[0] - cycle.phase
         inner[-1, 0], wrap[-1, 0], by_parameter[-1, 0] = 0.0, 0.0, 0.0
         inner[-1, 0, 0, 0] = 1.0

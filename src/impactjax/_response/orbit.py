@@ -1,4 +1,4 @@
-"""Periodic orbits of forced hybrid systems."""
+"""Periodic orbits of hybrid systems."""
 
 from typing import NamedTuple
 
@@ -35,15 +35,16 @@ class OrbitEvents(NamedTuple):
 
 
 class Orbit(eqx.Module):
-    """Periodic orbit of a forced hybrid system.
+    """Periodic orbit of a hybrid system.
 
     - `system`: the system.
     - `start`: a point of the orbit: just after its first event; for an orbit without events, at the
-      time where the search began.
-    - `period`: `multiple` periods of the force.
+      time where the search began, or where it went through the surface.
+    - `period`: `multiple` periods of the force, or the time of as many returns to a surface.
     - `events`: the events in a period; the first one is at the start.
     - `multipliers`: Floquet multipliers, eigenvalues of the derivative of the state after a period
-      by the state before it, through all events; the largest first.
+      by the state before it, through all events; the largest first. Without a force, that of a
+      shift in time is 1.
     - `residual`: largest error of its equations, times in units of the period and each number of
       the state in units of its largest value.
     - `result`: `successful`, `no_orbit_found`, `another_itinerary`, or the failure of a flow.
@@ -63,15 +64,10 @@ class Orbit(eqx.Module):
     @property
     def stability(self) -> str:
         """The stability in a word: stable, unstable or marginal."""
-        return stability_of(self.multipliers)
-
-
-def stability_of(multipliers: Complex[np.ndarray, " numbers"]) -> str:
-    """The stability of an orbit with these multipliers, in a word."""
-    largest = float(np.max(np.abs(multipliers)))
-    if abs(largest - 1) <= _ONE:
-        return "marginal"
-    return "stable" if largest < 1 else "unstable"
+        largest = self.linear.largest()
+        if abs(largest - 1) <= _ONE:
+            return "marginal"
+        return "stable" if largest < 1 else "unstable"
 
 
 def orbit_of(linear: Linear, sizes: Vector, converged: bool) -> Orbit:
@@ -114,7 +110,7 @@ def events_of(linear: Linear) -> OrbitEvents:
     """The events of an orbit."""
     cycle = linear.cycle
     arcs, itinerary, like = cycle.arcs(linear.unknowns), cycle.itinerary, cycle.family.like
-    count = 0 if itinerary.event[0] == NO_EVENT else cycle.segments
+    count = cycle.segments if cycle.has_events else 0
     last_first = np.roll(np.arange(cycle.segments), 1)[:count]
     t = (arcs.t + arcs.d)[last_first]
     t[:1] -= linear.period

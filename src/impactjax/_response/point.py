@@ -40,7 +40,7 @@ def corrected(point: Point, guess: Vector, sizes: Vector, length: float) -> Poin
     `None` if Newton's method does not find it.
     """
     plane = Constraint(point.tangent, float(point.tangent @ point.place) + length)
-    found = solved(linearised(point.linear.cycle, guess * sizes), sizes, plane)
+    found = solved(linearised(point.linear.following(), guess * sizes), sizes, plane)
     if not found.converged:
         return None
     tangent = tangent_at(found.linear, sizes, point.tangent)

@@ -6,7 +6,7 @@ grazing, where multipliers are infinite:
 - fold: component of the tangent along the parameter.
 - period doubling: det(inner − wrap), which is zero if a disturbance that changes its sign in a
   period solves the linearised equations.
-- Neimark-Sacker: product of μᵢ μⱼ − 1 over all pairs of multipliers.
+- Neimark-Sacker: product of μᵢ μⱼ − 1 over all pairs of multipliers but that of a shift in time.
 - grazing: speed at which the guard of an event falls, or local minimum of a guard.
 """
 
@@ -62,15 +62,14 @@ def values_at(point: Point, sizes: Vector, between: tuple[float, float]) -> dict
     linear, (low, high) = point.linear, between
     pieces, cycle = linear.pieces, linear.cycle
     own = (cycle.itinerary.event != NO_EVENT) & ~cycle.itinerary.at_once
-    flips = (linear.inner - linear.wrap) * sizes[:-1]
-    flips /= np.linalg.norm(flips, axis=1, keepdims=True)
+    flips = (linear.inner - linear.wrap) * sizes[:-1] / linear.row_sizes(sizes)[:, None]
     lasting = cycle.arcs(linear.unknowns).d[own]
     kept = np.where(pieces.kept, 1.0, -1.0)
     parameter = linear.unknowns[-1]
     return {
         Kind.FOLD: point.tangent[-1:],
         Kind.PERIOD_DOUBLING: np.array([np.linalg.det(flips)]),
-        Kind.NEIMARK_SACKER: np.array([_pairs(linear.multipliers())]),
+        Kind.NEIMARK_SACKER: np.array([_pairs(linear.transverse())]),
         Kind.GRAZING: np.concatenate([-pieces.fall[own], _or_one(pieces.least)]),
         Kind.OTHER_EVENTS: np.concatenate([lasting, _or_one(pieces.others), kept]),
         Kind.RANGE: np.array([parameter - low, high - parameter]),
@@ -98,7 +97,7 @@ def _pairs(multipliers: Complex[np.ndarray, " numbers"]) -> float:
 
 def _is_rotation(linear: Linear) -> bool:
     """True if two multipliers that are not real lie on the unit circle."""
-    found = linear.multipliers()
+    found = linear.transverse()
     complex_ones = found[np.abs(np.imag(found)) > _REAL]
     return bool(np.any(np.abs(np.abs(complex_ones) - 1) < _REAL))
 
