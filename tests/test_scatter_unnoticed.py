@@ -86,14 +86,14 @@ def test_scatter_that_is_not_decided_narrows_no_interval():
 
 
 @thorough
-def test_least_stiffness_of_a_rigid_stop_stays():
-    """In linear approximation the record would tell nothing of the stiffness."""
+def test_least_stiffness_of_a_rigid_stop_is_told_beside_scatter():
+    """In linear approximation the record tells of the inverse, and nothing of the frequency."""
     recording = record(3, 0.0)
     more = {"contact": ij.KelvinVoigt(4000.0, 0.0335), "max_steps": 512}
     plain = ij.profiled(ij.fit(experiment(recording, **more)))
     found, wider = best(recording, **more)
     assert any(note.startswith("The record does not ask for scatter") for note in found.notes)
-    np.testing.assert_allclose(wider["omega0"].low, plain["omega0"].low, rtol=1e-6)
+    assert 0.9 * plain["omega0"].low < wider["omega0"].low <= plain["omega0"].low
     assert wider.verdict("omega0") == plain.verdict("omega0")
     widths = [each["gamma"].high - each["gamma"].low for each in (plain, wider)]
     assert widths[1] > 1.5 * widths[0]

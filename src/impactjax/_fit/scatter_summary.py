@@ -78,24 +78,26 @@ def _found(problem: Problem, solution: Solution) -> _Found:
     model = step.model
     xp, stopped = namespace(values), namespace(values).diag(step.stopped)
     covariance = xp.where(stopped, step.unlimited.covariance, model.covariance)
-    low, high = (values + _reach(step, level) for level in (0.025, 0.975))
+    enough = _SETTLED * xp.sqrt(xp.diagonal(model.covariance)) + _ROUNDING * xp.abs(values)
+    settled = xp.all((xp.abs(step.move) <= enough) | ~model.determined)
+    middle = values + xp.where(settled, step.move, 0.0)
+    low, high = (middle + _reach(step, level) for level in (0.025, 0.975))
     determined = xp.where(step.stopped, step.unlimited.determined, model.determined)
     unbounded = xp.where(determined, 0.0, np.inf)
-    middle, least, most = (model.size(level) for level in (0.5, 0.025, 0.975))
+    size, least, most = (model.size(level) for level in (0.5, 0.025, 0.975))
     slopes = straight(problem).slopes(straight(problem).values(values))
     squares = xp.sum(known(point.residuals) ** 2)
     unit = squares / counted(problem, squares) if in_units_of_noise(problem) else 1.0
     jacobian = whitened(point.jacobian / slopes, point.effects, model.ratio / unit)
-    enough = _SETTLED * xp.sqrt(xp.diagonal(model.covariance)) + _ROUNDING * xp.abs(values)
     return _Found(
         values,
         low - unbounded,
         high + unbounded,
         covariance,
         model.freedom,
-        Scatter(middle, least, most, model.effect, jacobian),
+        Scatter(size, least, most, model.effect, jacobian),
         likelihood(problem, point.without(held), logs),
-        xp.all((xp.abs(step.move) <= enough) | ~model.determined),
+        settled,
         determined,
         held,
     )
