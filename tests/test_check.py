@@ -181,8 +181,9 @@ def test_height_of_a_falling_mass_is_taken_for_that_of_a_ball():
     record = displacement(bouncing())
     told = str(ij.check(record))
     assert "System: bouncing-ball, as its flights have an acceleration of 9.8" in told
-    (experiment,) = ij.prepare(record, laws=["restitution"]).experiments.values()
-    assert experiment.model.oscillator.weight() is not None
+    prepared = ij.prepare(record, laws=["restitution"])
+    assert prepared.experiment.model.oscillator.weight() is not None
+    assert any(note.startswith("The system is a bouncing ball") for note in prepared.notes)
 
 
 @quick

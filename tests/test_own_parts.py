@@ -12,6 +12,7 @@ from jaxtyping import Array
 import impactjax as ij
 from records import record_file
 from reference import simulate_rigid
+from tiers import quick
 
 OMEGA, BETA, R, GAUGE = 20.0, 3e4, 0.7, 0.02
 TS = np.arange(500) / 500
@@ -131,3 +132,18 @@ def test_arguments_by_position_and_lists_of_numbers():
     assert ij.ImpactTimes([0.1, 0.5, 0.8]).times.shape == (3,)
     elastic = ij.Hertz(1e6).equivalents([0.1, 0.7], 0.02)
     np.testing.assert_allclose(elastic.restitution, [1.0, 1.0], rtol=1e-12)
+
+
+@quick
+@pytest.mark.parametrize(
+    ("declared", "words"),
+    [
+        ({"above": 0, "power": 0}, "must be finite and not zero"),
+        ({"above": 0, "power": np.inf}, "must be finite and not zero"),
+        ({"power": -1}, "with the power -1 must not be negative"),
+        ({"above": 0, "fades": True, "power": -0.5}, "must be left out beside `fades`"),
+    ],
+)
+def test_power_that_no_parameter_has_is_refused(declared, words):
+    with pytest.raises(ValueError, match=words):
+        ij.parameter("N/m", **declared)

@@ -70,15 +70,17 @@ def parameter(
       stiffness k of a force k δ^1.5, as the duration of a contact goes with k^(−0.4). Intervals in
       linear approximation are those of this power. That of a parameter that fades is −1.
 
-    **Raises:** `ValueError` if the power is zero or not finite, or differs from 1 while the range
-    holds negative numbers.
+    **Raises** `ValueError` for a power that is zero or not finite, for one beside `fades`, and for
+    a power other than 1 of a parameter that may be negative.
     """
     low = at_least if above is None else above
-    power = -1.0 if fades else power
     if power == 0 or not math.isfinite(power):
         raise ValueError(f"Argument `power` must be finite and not zero, but it is {power}.")
+    if fades and power != 1:
+        raise ValueError("Argument `power` must be left out beside `fades`: it is −1.")
+    power = -1.0 if fades else power
     if power != 1 and low < 0:
-        raise ValueError("Argument `power` differs from 1, which needs a range without negatives.")
+        raise ValueError(f"A parameter with the power {power} must not be negative.")
     return {_KEY: Range(unit, low, at_most, above is not None, known, fades, power)}
 
 

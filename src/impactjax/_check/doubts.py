@@ -6,7 +6,7 @@ import numpy as np
 
 from impactjax._check.noise import Noise
 from impactjax._check.stated import doubts_about_statements
-from impactjax._compare.falling import OFF, falls, gravities
+from impactjax._compare.falling import OFF, are_of_gravity, gravities
 from impactjax._compare.survey import Survey
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._record.recording import Recording
@@ -91,7 +91,7 @@ def _impacts(found: Survey) -> Iterator[str]:
     if not fallen.size:
         return
     own = float(np.median(fallen))
-    if weight is None and falls(recording, look):
+    if weight is None and are_of_gravity(fallen):
         yield (
             f"The flights are those of a falling mass, with {own:.3g} m/s²: a ball is "
             "`--system bouncing-ball`."

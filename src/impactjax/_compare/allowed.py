@@ -17,7 +17,7 @@ from impactjax._fit.fit import best_from
 from impactjax._fit.quantiles import NORMAL
 from impactjax._fit.scatter_test import with_normal_scatter
 from impactjax._fit.score_test import HeldParameter
-from impactjax._fit.straight import raised, straight
+from impactjax._fit.straight import raised, slope_of, straight
 from impactjax._fit.uncertainty import holding
 from impactjax._number_format import with_unit
 from impactjax._parameter import Range
@@ -141,14 +141,9 @@ def _span(held: HeldParameter, allowed: Range) -> tuple[np.ndarray, np.ndarray]:
     least, most = allowed.low, allowed.high
     if allowed.low == 0 < value:
         least, most = value / _FACTOR, value * _FACTOR
-    power, limits = allowed.power, np.array([least, most])
-    place, rate = raised(np.asarray(value), power), _rate(value, power)
-    limits = (raised(limits, power) - place) / rate
+    power, limits, at = allowed.power, np.array([least, most]), np.asarray(value)
+    place, slope = raised(at, power), slope_of(at, power)
+    limits = (raised(limits, power) - place) * slope
     ends = np.clip(held.value - value, *limits) + np.array([-half, half])
     away = np.clip(ends, *limits)
-    return raised(place + rate * away, 1 / power), away
-
-
-def _rate(value: float, power: float) -> float:
-    """The derivative of the power of a number that is positive unless the power is one."""
-    return power * value ** (power - 1) if power != 1 else 1.0
+    return raised(place + away / slope, 1 / power), away

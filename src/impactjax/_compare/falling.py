@@ -15,14 +15,16 @@ OFF = 0.05  # relative difference of gravity from its known value that is a faul
 _FEWEST = 2  # flights
 _SAMPLES = 8  # of the middle of a flight
 
-
-def falls(recording: AbstractRecording, look: FirstLook) -> bool:
-    """True if several flights of a record have the acceleration of gravity."""
-    found = gravities(recording, look)
-    return found.size >= _FEWEST and bool(np.all(np.abs(found / STANDARD_GRAVITY - 1) < OFF))
+Accelerations = Float[np.ndarray, " flights"]
 
 
-def gravities(recording: AbstractRecording, look: FirstLook) -> Float[np.ndarray, " flights"]:
+def are_of_gravity(accelerations: Accelerations) -> bool:
+    """True if several flights have the acceleration of gravity."""
+    near = np.abs(accelerations / STANDARD_GRAVITY - 1) < OFF
+    return near.size >= _FEWEST and bool(np.all(near))
+
+
+def gravities(recording: AbstractRecording, look: FirstLook) -> Accelerations:
     """Downward accelerations [m/s²] in the flights of a recorded height, from parabolas over their
     middle. Flights half as long as the longest, or shorter, are left out; other records have none.
     """

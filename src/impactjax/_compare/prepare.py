@@ -80,9 +80,8 @@ def prepare(
 
     - `record`: file, result of `read_recording`, or recording.
     - `oscillator`: oscillator that was recorded; its values are kept where the record shows none.
-      If left out, it follows from the quantity; a recorded height whose flights have the
-      acceleration of gravity is that of a ball.
-      By default it follows from the sidecar, or from the recorded quantity.
+      By default it follows from the sidecar, or from the recorded quantity; a height whose flights
+      have the acceleration of gravity is that of a ball.
     - `laws`: names from `LAWS`, "none" for free flight, or laws of your own, which start from their
       own values; by default the usual ones.
     - `sensor`: gain, offset, filter and noise of the instrument.

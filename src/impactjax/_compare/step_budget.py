@@ -72,11 +72,10 @@ def _settling(recording: AbstractRecording, look: FirstLook, model: ImpactOscill
     """Expected steps of a mass that comes to rest in a compliant stop: its speed falls by r in half
     a cycle, down to the tolerance. None if the record ends before.
     """
-    if model.lower is None or not isinstance(model.lower.law, AbstractForceLaw):
+    compliant = model.lower is not None and isinstance(model.lower.law, AbstractForceLaw)
+    if not compliant or _is_still(look, model):
         return 0.0
     weight, r = look.oscillator.weight(), _restitution(look)
-    if _is_still(look, model):
-        return 0.0
     if weight is not None and look.speeds.size:
         flights = 2 * float(look.speeds[-1]) * r / (weight * (1 - r))
         if float(recording.end) < float(look.marks[-1]) + flights:

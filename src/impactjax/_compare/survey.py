@@ -8,7 +8,7 @@ import equinox as eqx
 import numpy as np
 
 from impactjax._compare.adjust import WHERE, adjusted
-from impactjax._compare.falling import falls, gravities
+from impactjax._compare.falling import are_of_gravity, gravities
 from impactjax._compare.named import check_law
 from impactjax._compare.oscillators import (
     DRAG,
@@ -74,11 +74,16 @@ def survey(
     if isinstance(record, str | Path):
         record = read_recording(record)
     found = _surveyed(record, said)
-    if not _is_open(found, said) or not falls(found.recording, found.look):
+    accelerations = gravities(found.recording, found.look)
+    if not are_of_gravity(accelerations) or not _is_open(found, said):
         return found
     ball = _surveyed(record, said._replace(oscillator=BouncingBall()))
-    fallen = float(np.median(gravities(found.recording, found.look)))
-    return ball._replace(why=f"as its flights have an acceleration of {fallen:.3g} m/s²")
+    why = f"as its flights have an acceleration of {np.median(accelerations):.3g} m/s²"
+    note = (
+        f"The system is a bouncing ball, {why} (`--system`, or `oscillator` under [system], "
+        "decides otherwise)."
+    )
+    return ball._replace(why=why, notes=(*ball.notes, note))
 
 
 def _is_open(found: Survey, said: Statements) -> bool:

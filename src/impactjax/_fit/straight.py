@@ -44,8 +44,7 @@ class Straight(NamedTuple):
 
     def slopes(self, values: Values) -> Values:
         """Derivatives of the values by their coordinates."""
-        powers = namespace(values).asarray(self.powers, values.dtype)
-        return namespace(values).where(powers == 1, 1.0, raised(values, 1 - powers) / powers)
+        return slope_of(values, namespace(values).asarray(self.powers, values.dtype))
 
     def span(self, low: Values, high: Values) -> tuple[Values, Values]:
         """Ends of the coordinates between ends of their values."""
@@ -84,6 +83,13 @@ def raised(values: Numbers, powers: Numbers | float) -> Numbers:
     power = xp.where(positive, values, 1.0) ** powers
     at_zero = xp.where(powers < 0, xp.inf, 0.0)
     return xp.where(powers == 1, values, xp.where(positive, power, at_zero))
+
+
+def slope_of(values: Numbers, powers: Numbers | float) -> Numbers:
+    """Derivatives of numbers by their powers."""
+    xp = namespace(values)
+    powers = xp.asarray(powers, values.dtype)
+    return xp.where(powers == 1, 1.0, raised(values, 1 - powers) / powers)
 
 
 def _of_power(allowed: Range) -> Range:

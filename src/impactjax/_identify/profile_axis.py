@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from impactjax._fit.profile_walk import Walk
-from impactjax._fit.straight import raised
+from impactjax._fit.straight import raised, slope_of
 from impactjax._fit.walks import Local
 from impactjax._optimise.coordinates import slope, to_coordinate
 from impactjax._parameter import Range
@@ -56,10 +56,8 @@ class Axis(NamedTuple):
 
     def rate(self, x: Places) -> Places:
         """The derivative of the coordinate of a search by the distance."""
-        held, power = self.held(x), self.allowed.power
-        change = held if self.logarithmic else np.full_like(x, self.unit)
-        if power != 1:
-            change = change * self.value(x) / (power * held)
+        change = self.held(x) if self.logarithmic else np.full_like(x, self.unit)
+        change = change * slope_of(self.value(x), self.allowed.power)
         return change / slope(self.allowed, self.coordinate(x))
 
 

@@ -8,7 +8,7 @@ from jaxtyping import ArrayLike
 
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractMemorylessLaw
-from impactjax._model.power import Coefficient, power
+from impactjax._model.power import HERTZIAN, Coefficient, power
 from impactjax._model.separable import separable_equivalents
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
 from impactjax._parameter import as_parameter, parameter
@@ -30,7 +30,7 @@ class Hertz(AbstractMemorylessLaw):
     """
 
     k: Coefficient = eqx.field(
-        converter=as_parameter, metadata=parameter("N/m^1.5", above=0, power=-0.4)
+        converter=as_parameter, metadata=parameter("N/m^1.5", above=0, power=HERTZIAN)
     )
     separation: AbstractSeparation = eqx.field(init=False, default=AtZeroPenetration())
 

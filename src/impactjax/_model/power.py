@@ -10,6 +10,9 @@ from impactjax._types import Force, Length, Speed
 Coefficient: TypeAlias = Float[Array, "..."]  # its unit follows from the exponents
 Exponent: TypeAlias = Float[Array, "..."] | float | int
 
+HERTZIAN = -0.4
+"""Power of the stiffness to which the duration of a contact with F = k δ^1.5 is proportional."""
+
 
 def power_force(
     penetration: Length,

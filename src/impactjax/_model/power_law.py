@@ -3,7 +3,7 @@
 import equinox as eqx
 
 from impactjax._model.law import AbstractMemorylessLaw
-from impactjax._model.power import Coefficient, power_force
+from impactjax._model.power import HERTZIAN, Coefficient, power_force
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
 from impactjax._parameter import as_parameter, parameter
 from impactjax._types import Force, Length, Mass, Ratio, Speed
@@ -31,7 +31,7 @@ class PowerLaw(AbstractMemorylessLaw):
     """
 
     k: Coefficient = eqx.field(
-        converter=as_parameter, metadata=parameter("N/m^n", above=0, power=-0.4)
+        converter=as_parameter, metadata=parameter("N/m^n", above=0, power=HERTZIAN)
     )
     c: Coefficient = eqx.field(
         converter=as_parameter, metadata=parameter("N s^q/m^(p+q)", at_least=0)

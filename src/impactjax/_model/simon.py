@@ -5,7 +5,7 @@ from jaxtyping import ArrayLike
 
 from impactjax._model.equivalents import Equivalents
 from impactjax._model.law import AbstractMemorylessLaw
-from impactjax._model.power import Coefficient, power_force
+from impactjax._model.power import HERTZIAN, Coefficient, power_force
 from impactjax._model.separable import restitution_damping, separable_equivalents
 from impactjax._model.separation import AbstractSeparation, AtZeroPenetration
 from impactjax._parameter import as_parameter, parameter, require_restitution
@@ -27,7 +27,7 @@ class Simon(AbstractMemorylessLaw):
     """
 
     k: Coefficient = eqx.field(
-        converter=as_parameter, metadata=parameter("N/m^1.5", above=0, power=-0.4)
+        converter=as_parameter, metadata=parameter("N/m^1.5", above=0, power=HERTZIAN)
     )
     c: InverseSpeed = eqx.field(converter=as_parameter, metadata=parameter("s/m", at_least=0))
     separation: AbstractSeparation = eqx.field(init=False, default=AtZeroPenetration())
