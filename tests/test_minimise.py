@@ -10,6 +10,7 @@ from scipy import linalg, optimize
 
 import impactjax as ij
 from estimates import line, swing
+from impactjax._fit.search import bounds_of
 from impactjax._optimise.bounds import to_range, to_unbounded
 from impactjax._optimise.coordinates import limits, slope, to_coordinate, to_value
 from impactjax._optimise.levenberg_marquardt import LevenbergMarquardt
@@ -103,6 +104,35 @@ def test_lm_bounds_jointly_identified_parameters(slope, xp):
     assert bool(found.converged)
     assert float(row @ found.u) == pytest.approx(1.0, abs=1e-3)
     assert np.all(np.abs(found.u) < 4)
+
+
+@quick
+@pytest.mark.parametrize("power", [1, 2], ids=["line", "parabola"])
+def test_a_parameter_without_limits_may_begin_near_zero(power):
+    """A slope that a first look takes for -4e-14; against SciPy's minimum."""
+    ts = np.linspace(0.0, 1.0, 30)
+    record = 0.3 + 0.7 * ts + 0.05 * np.random.default_rng(2).standard_normal(30)
+    begun = np.array([1.0, -4e-14])
+
+    def residuals(u):
+        return u[0] ** power + u[1] * ts - record
+
+    def around(u, left, part):
+        slopes = np.stack([power * u[0] ** (power - 1) * np.ones(30), ts], axis=1)
+        return linearise(left @ left / 2, left, slopes)
+
+    bounds = bounds_of([RANGES["any"]] * 2, begun, np.ones(2, bool))
+    nothing = Linearisation(np.asarray(np.inf), np.zeros(2), np.zeros((2, 2)))
+    point = Point(np.zeros(2), np.zeros(30), nothing)
+    objective = Objective(around, np.asarray([1e-10]))
+    minimiser = Minimiser(LevenbergMarquardt(reduction=1e-10), objective, bounds, point)
+    with np.errstate(all="ignore"):
+        state = minimiser.init(begun)
+        while not state.done:
+            state = minimiser.step(state, residuals(state.trial))
+    expected = optimize.least_squares(residuals, begun, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    assert bool(state.minimum.converged)
+    np.testing.assert_allclose(state.minimum.u, expected.x, atol=1e-4)
 
 
 @pytest.mark.parametrize("xp", [np, jnp], ids=["NumPy", "JAX"])

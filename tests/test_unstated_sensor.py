@@ -1,6 +1,7 @@
 """Parameters of the sensor that nobody stated, in records with impacts made with SciPy."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -19,12 +20,33 @@ NOISE = np.radians(0.2)
 
 def angles(cutoff=np.inf):
     """A pendulum released at 45 degrees that hits a stop, behind a low-pass at 20 kHz."""
+    return filtered(motion().position, cutoff)[:: FINE // RATE] + noise(5)
+
+
+@functools.cache
+def motion():
+    """The motion of the pendulum at 20 kHz."""
     times = np.arange(round(DURATION * FINE)) / FINE
-    fine = simulate_rigid(pendulum(OMEGA_N), [np.pi / 4, 0.0], times, lambda speed: R).position
-    if np.isfinite(cutoff):
-        sections = signal.butter(2, cutoff, fs=FINE, output="sos")
-        fine = signal.sosfilt(sections, fine, zi=signal.sosfilt_zi(sections) * fine[0])[0]
-    return np.asarray(fine)[:: FINE // RATE] + noise(5)
+    return simulate_rigid(pendulum(OMEGA_N), [np.pi / 4, 0.0], times, lambda speed: R)
+
+
+def filtered(fine, cutoff):
+    if not np.isfinite(cutoff):
+        return np.asarray(fine)
+    sections = signal.butter(2, cutoff, fs=FINE, output="sos")
+    return signal.sosfilt(sections, fine, zi=signal.sosfilt_zi(sections) * fine[0])[0]
+
+
+def rates(cutoff):
+    """Angular velocity, with a zero off by half the noise."""
+    values = filtered(motion().velocity, cutoff)[:: FINE // RATE] + OMEGA_N * noise(5)
+    return ij.Recording(TIMES, values + OMEGA_N * NOISE / 2, ij.AngularVelocity())
+
+
+def accelerations(cutoff):
+    """Angular acceleration: the derivative of the filtered velocity holds the impulses."""
+    values = np.gradient(filtered(motion().velocity, cutoff), 1 / FINE)[:: FINE // RATE]
+    return ij.Recording(TIMES, values + OMEGA_N**2 * noise(5), ij.AngularAcceleration())
 
 
 def noise(seed):
@@ -66,6 +88,32 @@ def test_stated_low_pass_is_kept(tmp_path):
     given = experiment(recording(), fixed={"cutoff": 80.0})
     assert "cutoff" in given.fixed
     assert cutoff(given) == 80.0
+
+
+@pytest.mark.parametrize("record", [rates, accelerations])
+def test_sensor_of_a_recorded_rate_is_fitted_unless_stated(record):
+    found = experiment(record(45.0))
+    assert {"cutoff", "offset", "drift"} <= {*found.free}
+    assert cutoff(found) == pytest.approx(RATE / 10)
+    stated = experiment(record(45.0), fixed={"cutoff": 45.0, "offset": 0.0, "gain": 1.0})
+    assert stated.free == ()
+
+
+def test_gain_of_a_recorded_rate_is_fitted_where_the_period_depends_on_it():
+    record = rates(45.0)
+    assert "gain" in experiment(record).free
+    linear = ij.Recording(record.ts, record.values, ij.Velocity())
+    assert "gain" not in experiment(linear).free
+
+
+@pytest.mark.parametrize("record", [rates, accelerations])
+def test_restitution_of_a_recorded_rate_behind_an_unstated_low_pass(record):
+    """Without the low-pass, r of a gyroscope is 15 errors off."""
+    estimate = fitted(record(45.0))
+    for name, truth in {"cutoff": 45.0, "r": R, "omega_n": OMEGA_N}.items():
+        own = estimate[name]
+        assert own.verdict is ij.Verdict.IDENTIFIED
+        assert abs(own.value - truth) < 3 * own.standard_error, name
 
 
 def test_infinite_cutoff_means_no_low_pass(tmp_path):

@@ -29,18 +29,22 @@ def adjusted(
     look = _look(recording, setup)
     if not said & ({*WHERE, "theta0", "x0"} if recording.shows_place else {"gain"}):
         recording, look = _turned(recording, look, setup, notes)
-    if recording.shows_place:
-        if not said & WHERE and setup.upper is None:
-            setup, look = _placed(recording, look, setup, notes)
-        if not look.swings_freely or look.elsewhere is not None:
-            setup = with_unstated_sensor(recording, setup, said)
+    if recording.shows_place and not said & WHERE and setup.upper is None:
+        setup, look = _placed(recording, look, setup, notes)
     if look.is_blow:
         setup = with_unstated_instrument(recording, setup, said)
+    elif recording.shows_motion and _hits(recording, look):
+        setup = with_unstated_sensor(recording, look, setup, said)
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)
     if PHASE in setup.free and PHASE not in setup.start and look.phase is not None:
         setup = setup._replace(start={**setup.start, PHASE: look.phase})
     return recording, look, setup
+
+
+def _hits(recording: AbstractRecording, look: FirstLook) -> bool:
+    """True if the motion has impacts. One that passes through zero hits a stop elsewhere."""
+    return not look.swings_freely or (recording.shows_place and look.elsewhere is not None)
 
 
 def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:

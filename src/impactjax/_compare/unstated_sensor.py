@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from impactjax._compare.setup import Setup
+from impactjax._first_look.first_look import FirstLook
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._sensor.low_pass import Butterworth, Resonance
 
@@ -22,17 +23,20 @@ _FEW = 50  # samples that do not tell of a low-pass beside all else
 _START = 0.1  # first cutoff, relative to the sampling rate
 
 
-def with_unstated_sensor(recording: AbstractRecording, setup: Setup, said: set[str]) -> Setup:
+def with_unstated_sensor(
+    recording: AbstractRecording, look: FirstLook, setup: Setup, said: set[str]
+) -> Setup:
     """The setup in which zero and drift, gain and low-pass are fitted, those that nobody stated.
 
     **Arguments:**
 
     - `recording`: recorded motion with impacts.
+    - `look`: first look at it.
     - `setup`: as given by the user.
     - `said`: parameters about which the user stated anything.
     """
     zero = () if "offset" in said else ("offset", "drift")
-    scale = ("gain",) if _tells_scale(recording, setup) else ()
+    scale = ("gain",) if _tells_scale(recording, look, setup) else ()
     more = [name for name in (*zero, *scale) if name not in said]
     setup = setup._replace(free=(*dict.fromkeys([*setup.free, *more]),))
     return _with_low_pass(recording, setup, said)
@@ -101,10 +105,11 @@ def _filtered(setup: Setup, cutoff: float) -> Setup:
     return setup._replace(sensor=dataclasses.replace(setup.sensor, low_pass=low_pass))
 
 
-def _tells_scale(recording: AbstractRecording, setup: Setup) -> bool:
+def _tells_scale(recording: AbstractRecording, look: FirstLook, setup: Setup) -> bool:
     """True if the restoring force is far from proportional to the displacement, as that of a
     pendulum released at 30 degrees: then the period depends on the amplitude.
     """
-    largest = np.max(np.abs(recording.span()))
-    restoring = setup.oscillator.restoring(np.array([largest]))[0]
-    return bool(abs(restoring / largest - 1) > _BENT)
+    first = abs(float(look.initial.position))
+    largest = float(np.max(np.abs(recording.span()))) if recording.shows_place else first
+    restoring = float(setup.oscillator.restoring(np.array([largest]))[0])
+    return abs(restoring - largest) > _BENT * largest

@@ -13,6 +13,7 @@ from impactjax._fit.refits import Points, Refits, taken
 from impactjax._fit.straight import Straight, straight
 
 _ROUNDS = 12  # most refits on one side
+_HIGH = 2.0  # rise of another minimum, relative to the limit, from which no walk begins there
 _NEAR = 4.0  # distance of zero from a positive parameter, in errors, that is near
 
 Vector = Float[np.ndarray, " parameters"]
@@ -75,7 +76,8 @@ def walked(
     centres, tried = [around], []
     if any(around.coordinates.fades):
         faded, rise = _faded(estimate, refits, around)
-        centres.append(faded)
+        if not rise > _HIGH * max(walk.limit for walk in walks):
+            centres.append(faded)
         for walk in walks:
             walk.include(float(faded.values[walk.parameter]), rise)
     for _ in range(_ROUNDS):
@@ -93,8 +95,8 @@ def walked(
 def _lowest(
     refits: Refits, centres: Sequence[Local], walks: list[Walk], held: list[float]
 ) -> tuple[Points, Float[np.ndarray, " walks"]]:
-    """The lowest of the refits that begin around each centre, and its √((S − S_min)/σ²): NaN if it
-    failed, or is lower than the estimate.
+    """The lowest of the refits that begin around each centre, and its √((S − S_min)/σ²): NaN if all
+    failed, or if it is lower than the estimate.
     """
     each = [(own, *pair) for own in centres for pair in zip(walks, held, strict=True)]
     starts = np.array([own.coordinates.values(_start(own, w, v)) for own, w, v in each])
@@ -105,7 +107,7 @@ def _lowest(
     found = refits.minima(places, active)
     costs = found.cost.reshape(len(centres), len(walks))
     heights = refits.heights(costs)
-    best = np.where(np.isnan(heights), np.inf, heights).argmin(axis=0)
+    best = np.where(np.isnan(costs), np.inf, costs).argmin(axis=0)
     points = taken(found, best * len(walks) + np.arange(len(walks)))
     return points, heights[best, np.arange(len(walks))]
 

@@ -23,6 +23,8 @@ from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._outcome import Outcome
 
 _TIE = 0.001  # share of the strongest curvature in the damping of each parameter
+_LOOSE = 10.0  # step left to a parameter, relative to its usual one, from which that says nothing
+_SLIGHT = 1e-6  # damping that hardly shortens a step
 _GROWTH = 2.0  # Nielsen's ν: factor of the damping when a step is rejected for the first time
 _PASSES = 2  # solutions of a step after which parameters that it takes out of range are held
 _TOO_MUCH = 1e12  # damping at which a search gives up
@@ -257,10 +259,8 @@ def _moving(best: Point, bounds: Bounds, small: Number) -> Mask:
 
 
 def _move(best: Point, damping: Number, moving: Mask, bounds: Bounds) -> Vector:
-    xp, usual, model = namespace(best.u), bounds.usual, best.model
-    tied = moving & xp.isfinite(usual)
-    strongest = xp.max(xp.where(tied, model.curvature * usual**2, 0.0))
-    squares = model.curvature + _TIE * strongest / usual**2
+    xp, model = namespace(best.u), best.model
+    squares = _tied(model, _loosened(model, bounds, moving), moving)
     low, high = bounds.low - best.u, bounds.high - best.u
     move = model.step(_weights(squares, moving), damping)
     for _ in range(_PASSES):
@@ -271,6 +271,26 @@ def _move(best: Point, damping: Number, moving: Mask, bounds: Bounds) -> Vector:
         held = xp.where(moving, 0.0, xp.clip(move, low, high))
         move = held + model.moved(held).step(_weights(squares, moving), damping)
     return xp.clip(move / xp.maximum(xp.max(xp.abs(move) / bounds.reach), 1.0), low, high)
+
+
+def _tied(model: Linearisation, usual: Vector, moving: Mask) -> Vector:
+    """The squared weights of a step: curvatures, and small shares of the strongest one."""
+    xp = namespace(usual)
+    tied = moving & xp.isfinite(usual)
+    strongest = xp.max(xp.where(tied, model.curvature * usual**2, 0.0))
+    return model.curvature + _TIE * strongest / usual**2
+
+
+def _loosened(model: Linearisation, bounds: Bounds, moving: Mask) -> Vector:
+    """The usual steps, infinite for a parameter without limits that would still go much farther
+    after a step with them: it began near zero by chance.
+    """
+    xp, usual = namespace(bounds.usual), bounds.usual
+    step = model.step(_weights(_tied(model, usual, moving), moving), _SLIGHT)
+    unlimited = xp.isfinite(usual) & ~xp.isfinite(bounds.reach)
+    far = _LOOSE * xp.where(unlimited, usual, 0.0)
+    farther = xp.abs(model.moved(step).gradient) > model.curvature * far
+    return xp.where(unlimited & farther, xp.inf, usual)
 
 
 def _weights(squares: Vector, moving: Mask) -> Vector:

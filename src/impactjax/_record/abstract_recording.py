@@ -125,6 +125,11 @@ class AbstractRecording(eqx.Module):
     def shows_place(self) -> bool:
         """True if the coordinate itself was recorded."""
 
+    @property
+    @abc.abstractmethod
+    def shows_motion(self) -> bool:
+        """True if the coordinate, its velocity or its acceleration was recorded."""
+
     @abc.abstractmethod
     def curves(self, residuals: np.ndarray) -> Curves:
         """Recorded and fitted curves, in the unit `shown`."""

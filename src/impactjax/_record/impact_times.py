@@ -102,6 +102,10 @@ class ImpactTimes(AbstractRecording):
     def shows_place(self) -> bool:
         return False
 
+    @property
+    def shows_motion(self) -> bool:
+        return False
+
     def curves(self, residuals: np.ndarray) -> Curves:
         unit, factor = self.shown
         times, valid = np.asarray(self.times), np.asarray(self.valid)

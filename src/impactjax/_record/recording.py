@@ -126,6 +126,10 @@ class Recording(AbstractRecording):
     def shows_place(self) -> bool:
         return self.quantity.is_place
 
+    @property
+    def shows_motion(self) -> bool:
+        return self.quantity.is_motion
+
     def curves(self, residuals: np.ndarray) -> Curves:
         unit, factor = self.shown
         values = np.where(np.asarray(self.valid), np.asarray(self.values), np.nan) * factor

@@ -42,6 +42,8 @@ class AbstractQuantity(eqx.Module):
 
     is_place: ClassVar[bool] = False
     """True if it is the coordinate itself."""
+    is_motion: ClassVar[bool] = False
+    """True for the coordinate and its derivatives."""
     is_carried: ClassVar[bool] = False
     """True if its sensor usually moves with a falling body."""
     is_felt: ClassVar[bool] = False
@@ -102,6 +104,7 @@ class AbstractPlace(AbstractQuantity):
     """The coordinate itself."""
 
     is_place: ClassVar[bool] = True
+    is_motion: ClassVar[bool] = True
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         del model
@@ -122,6 +125,7 @@ class AbstractPlace(AbstractQuantity):
 class AbstractSpeed(AbstractQuantity):
     """The rate of the coordinate."""
 
+    is_motion: ClassVar[bool] = True
     density: ClassVar[int] = 4
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
@@ -175,6 +179,8 @@ class AbstractPulsed(AbstractQuantity):
 
 class AbstractAcceleration(AbstractPulsed):
     """The second derivative of the coordinate."""
+
+    is_motion: ClassVar[bool] = True
 
     def factor(self, model: ImpactOscillator) -> Float[Array, "..."]:
         del model
