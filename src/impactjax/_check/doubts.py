@@ -63,6 +63,11 @@ def _values(found: Survey, noise: Noise) -> Iterator[str]:
             "The noise is smooth from sample to sample, as after a filter: state its `cutoff` "
             "under [sensor], or contacts seem longer than they are."
         )
+    if noise.of_differences and recording.shows_motion and not recording.shows_place:
+        yield (
+            f"The {recording.observed} seems to be computed from places, by differences that "
+            "smooth every impact: give the places, or contacts seem longer than they are."
+        )
     if noise.size > _LOUD * (high - low):
         share = 100 * noise.size / (high - low)
         yield f"The noise is {share:.0f} % of the range of the record."
