@@ -24,11 +24,11 @@ def noisy(angles, seed):
 
 
 @functools.cache
-def compared(friction=0.0, gap=0.0, seed=2, denied=False):
+def compared(friction=0.0, gap=0.0, seed=2, denied=False, zeta=ZETA):
     """A comparison of one law, with its intervals and notes, and the fits that it began."""
 
     def flow(t, y):
-        return pendulum(OMEGA_N, ZETA, friction)(t, y - np.array([gap, 0.0]))
+        return pendulum(OMEGA_N, zeta, friction)(t, y - np.array([gap, 0.0]))
 
     start = [np.pi / 4 + gap, 0.0]
     angles = simulate_rigid(flow, start, TIMES, lambda speed: R, max_step=1e-3).position - gap
@@ -43,7 +43,9 @@ def noted(comparison, words):
 
 
 def test_intervals_allow_for_dry_friction_that_the_record_does_not_exclude():
-    (allowed, _), (denied, _) = compared(), compared(denied=True)
+    """Friction could account for a part of the damping, whose interval reaches farther down."""
+    rubbed = {"friction": 0.04, "zeta": 0.012}
+    (allowed, _), (denied, _) = compared(**rubbed), compared(**rubbed, denied=True)
     assert noted(allowed, "does not exclude dry friction of up to")
     assert not noted(denied, "dry friction")
     names = denied.best.estimate.names
@@ -53,12 +55,8 @@ def test_intervals_allow_for_dry_friction_that_the_record_does_not_exclude():
         assert own.value == pytest.approx(other.value, rel=1e-6), name
         assert own.low <= other.low or own.low == pytest.approx(other.low), name
         assert own.high >= other.high or own.high == pytest.approx(other.high), name
-    widths = [
-        [each.best.estimate[name].high - each.best.estimate[name].low for name in names[:-1]]
-        for each in (allowed, denied)
-    ]
-    assert names[-1] == "cutoff"
-    assert np.max(np.array(widths[0]) / np.array(widths[1])) > 1.02
+    own, other = (each.best.estimate["zeta"] for each in (allowed, denied))
+    assert 0 < own.low < other.low - other.standard_error / 10
 
 
 def test_record_without_friction_is_not_fitted_with_it():
