@@ -177,9 +177,12 @@ def test_doubt_about_the_zero_of_a_free_swing():
 
 
 @quick
-def test_height_of_a_falling_mass_is_taken_for_that_of_a_ball():
+def test_height_or_velocity_of_a_falling_mass_is_taken_for_that_of_a_ball():
     record = displacement(bouncing())
     told = str(ij.check(record))
+    assert "System: bouncing-ball, as its flights have an acceleration of 9.8" in told
+    falls = simulate_rigid(ball(GRAVITY), [0.2, 0.0], SHORT, lambda v: 0.8).velocity
+    told = str(ij.check(ij.Recording(SHORT, noisy(falls, 0.02), ij.Velocity())))
     assert "System: bouncing-ball, as its flights have an acceleration of 9.8" in told
     prepared = ij.prepare(record, laws=["restitution"])
     assert prepared.experiment.model.oscillator.weight() is not None

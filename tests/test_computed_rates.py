@@ -32,6 +32,16 @@ def test_doubt_about_rates_computed_from_places(difference):
             assert not doubts_computation(ij.Recording(TS, clean + 0.05 * other, quantity)), seed
 
 
-def doubts_computation(record):
-    told = ij.check(record, oscillator=ij.BouncingBall())
-    return any("computed from places" in each for each in told.doubts)
+@quick
+def test_doubt_about_smooth_noise_of_a_rate():
+    """A Savitzky-Golay derivative over seven places; a stated cutoff answers the doubt."""
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(len(TS))
+    smooth = signal.savgol_filter(HEIGHTS + noise, 7, 2, deriv=1, delta=1e-3)
+    record = ij.Recording(TS, smooth, ij.Velocity())
+    assert doubts_computation(record, "noise is smooth")
+    assert not doubts_computation(record, "noise is smooth", cutoff=50.0)
+
+
+def doubts_computation(record, words="seems to be computed from places", **fixed):
+    told = ij.check(record, oscillator=ij.BouncingBall(), fixed=fixed)
+    return any(words in each for each in told.doubts)

@@ -4,6 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from scipy import signal
 
 import impactjax as ij
 from impactjax._compare.compare import compare_by
@@ -53,6 +54,36 @@ def test_record_of_opposite_sign_is_turned(tmp_path, at_rest):
     recording = prepared.experiment.recording
     assert isinstance(recording, ij.Recording)
     np.testing.assert_allclose(recording.values, at_rest)
+
+
+def rates(quantity):
+    """Velocity of the mass behind a gyroscope's low-pass of 80 Hz, or its acceleration."""
+    fine = np.arange(20_000) / 20_000
+    found = simulate_rigid(spring(OMEGA, 0.0), [0.03, 0.0], fine, lambda speed: R).velocity
+    filtered = signal.sosfilt(signal.butter(2, 80.0, fs=20_000, output="sos"), found)
+    filtered = np.gradient(filtered, 5e-5) if quantity == ij.Acceleration() else filtered
+    noise = np.random.default_rng(4).standard_normal(len(TS))
+    return filtered[::20] + 1e-2 * np.std(filtered) * noise
+
+
+@pytest.mark.parametrize("quantity", [ij.Velocity(), ij.Acceleration()])
+def test_rates_of_opposite_sign_are_turned(quantity):
+    values = rates(quantity)
+    kept = ij.prepare(ij.Recording(TS, values, quantity), laws=["restitution"])
+    assert not any("sign is turned" in note for note in kept.notes)
+    against = ij.Recording(TS, -values, quantity)
+    turned = ij.prepare(against, laws=["restitution"])
+    assert any("negative in a rebound" in note for note in turned.notes)
+    np.testing.assert_allclose(turned.first_look.restitutions, kept.first_look.restitutions)
+    stated = ij.prepare(against, laws=["restitution"], fixed={"gain": 1.0})
+    assert not any("sign is turned" in note for note in stated.notes)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_velocity_of_a_free_swing_is_not_turned(sign):
+    swing = sign * OMEGA * np.cos(OMEGA * TS) * np.exp(-TS)
+    prepared = ij.prepare(ij.Recording(TS, swing, ij.Velocity()))
+    assert not any("sign is turned" in note for note in prepared.notes)
 
 
 @pytest.mark.parametrize("sidecar", ["[sensor]\ngain = 1.0\n", "[start]\nx0 = -0.03\n"])

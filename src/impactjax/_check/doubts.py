@@ -63,14 +63,26 @@ def _values(found: Survey, noise: Noise) -> Iterator[str]:
             "The noise is smooth from sample to sample, as after a filter: state its `cutoff` "
             "under [sensor], or contacts seem longer than they are."
         )
-    if noise.of_differences and recording.shows_motion and not recording.shows_place:
+    if recording.shows_motion and not recording.shows_place:
+        yield from _computation(recording, noise, "cutoff" in found.setup.free)
+    if noise.size > _LOUD * (high - low):
+        share = 100 * noise.size / (high - low)
+        yield f"The noise is {share:.0f} % of the range of the record."
+
+
+def _computation(recording: Recording, noise: Noise, filters: bool) -> Iterator[str]:
+    """Sentence on a rate that a program may have computed from places."""
+    if noise.of_differences:
         yield (
             f"The {recording.observed} seems to be computed from places, by differences that "
             "smooth every impact: give the places, or contacts seem longer than they are."
         )
-    if noise.size > _LOUD * (high - low):
-        share = 100 * noise.size / (high - low)
-        yield f"The noise is {share:.0f} % of the range of the record."
+    elif noise.memory > 1 and filters:
+        yield (
+            "The noise is smooth from sample to sample. A filter of the sensor is fitted; but if "
+            f"the {recording.observed} was computed from places, give the places, or contacts seem "
+            "longer than they are."
+        )
 
 
 def _impacts(found: Survey) -> Iterator[str]:

@@ -59,15 +59,19 @@ def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:
 def _turned(
     recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
 ) -> tuple[AbstractRecording, FirstLook]:
-    """The recording, with the opposite sign if it lies on the far side of the stop, or if the stop
-    seems to pull.
+    """The recording, with the opposite sign if it lies on the far side of the stop, if the stop
+    seems to pull, or if a velocity or an acceleration shows rebounds only then.
     """
     lowest, highest = recording.span()
-    if highest >= _BEYOND * abs(lowest):
+    rate = recording.shows_motion and not recording.shows_place
+    if highest >= _BEYOND * abs(lowest) and not (rate and look.swings_freely):
         return recording, look
     turned = recording.turned()
     other = _look(turned, setup)
-    if recording.shows_place and not other.swings_freely:
+    if rate and other.usual_restitutions.size > look.usual_restitutions.size:
+        wrong = f"The {recording.observed} is negative in a rebound"
+        usual = "a mass rebounds in positive direction"
+    elif recording.shows_place and not other.swings_freely:
         wrong = "The record lies on the far side of the stop"
         usual = "places count from the stop towards the free side"
     elif recording.needs_force_law or other.is_blow:

@@ -1,4 +1,4 @@
-"""Flights of a recorded height that are those of a falling mass."""
+"""Flights of a recorded height or velocity that are those of a falling mass."""
 
 from itertools import pairwise
 
@@ -9,7 +9,7 @@ from impactjax._first_look.first_look import FirstLook
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.recording import Recording
-from impactjax._sensor.quantity import AbstractPlace
+from impactjax._sensor.abstract_quantity import AbstractPlace, AbstractSpeed
 
 OFF = 0.05  # relative difference of gravity from its known value that is a fault
 _FEWEST = 2  # flights
@@ -26,12 +26,14 @@ def are_of_gravity(accelerations: Accelerations) -> bool:
 
 def gravities(recording: AbstractRecording, look: FirstLook) -> Accelerations:
     """Downward accelerations [m/s²] in the flights of a recorded height, from parabolas over their
-    middle. Flights half as long as the longest, or shorter, are left out; other records have none.
+    middle, or of a velocity, from straight lines. Flights half as long as the longest, or shorter,
+    are left out; other records have none.
     """
-    if not isinstance(recording, Recording) or not isinstance(recording.quantity, AbstractPlace):
+    if not isinstance(recording, Recording) or recording.quantity.of_angle:
         return np.zeros(0)
-    if recording.quantity.of_angle:
+    if not isinstance(recording.quantity, AbstractPlace | AbstractSpeed):
         return np.zeros(0)
+    order = 2 if recording.shows_place else 1
     ts, values, found = np.asarray(recording.ts), np.asarray(recording.values), []
     least = np.max(np.diff(look.marks), initial=0.0) / 2
     for begin, end in pairwise(look.marks.tolist()):
@@ -40,6 +42,6 @@ def gravities(recording: AbstractRecording, look: FirstLook) -> Accelerations:
         margin = (end - begin) / 8
         inside = (ts > begin + margin) & (ts < end - margin) & np.asarray(recording.valid)
         if np.count_nonzero(inside) >= _SAMPLES:
-            parabola = np.polynomial.Polynomial.fit(ts[inside], values[inside], 2)
-            found.append(-float(parabola.deriv(2)(0.0)))
+            course = np.polynomial.Polynomial.fit(ts[inside], values[inside], order)
+            found.append(-float(course.deriv(order)(0.0)))
     return np.array(found)

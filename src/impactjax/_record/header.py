@@ -24,6 +24,7 @@ _OTHER_NAMES = {
 }
 _IN_THE_NAME = {"seconds elapsed": "s", "seconds": "s", "milliseconds": "ms"}
 _AXES = {"x": "x", "y": "y", "z": "z", "vertical": "y", "horizontal": "x"}
+_JOINED = re.compile(r"(w|ω|omega|gyro?|a|acc|v)([xyz])")  # a name with its axis, such as wz
 _LENGTHS_OF_VECTORS = ("absolute", "magnitude", "resultant", "norm")
 _KINEMATIC = ("linear acceleration", "user acceleration")
 _NAMELESS = re.compile(  # names that a program gives to a channel
@@ -130,6 +131,9 @@ def _quantity(text: str, unit: str | None) -> tuple[str | None, str, str]:
     for end in (-1, 0):
         if words and not axis and words[end] in (*_AXES, *_LENGTHS_OF_VECTORS):
             axis = words.pop(end)
+    joined = _JOINED.fullmatch(words[-1]) if words and not axis else None
+    if joined is not None:
+        words[-1], axis = joined.groups()
     axis = _AXES.get(axis, MAGNITUDE) if axis else ""
     short = " ".join(words)
     quantity = names.get(short)

@@ -56,7 +56,7 @@ class AngularVelocity(AbstractSpeed):
 
     name: ClassVar[str] = "angular velocity"
     synonyms: ClassVar[tuple[str, ...]] = (
-        *("omega", "ω", "gyroscope", "gyro", "rotation rate", "angular rate"),
+        *("omega", "ω", "w", "gyroscope", "gyro", "gyr", "rotation rate", "angular rate"),
     )
     units: ClassVar[dict[str, float]] = ANGULAR_VELOCITIES
     shown: ClassVar[str] = "rad/s"

@@ -41,7 +41,7 @@ _WORDS = {
     **dict.fromkeys(("newton", "newtons"), "N"),
     **dict.fromkeys(("m/s/s", "m·s⁻²", "m·s^-2", "ms^-2", "m/sec^2", "m/s**2"), "m/s²"),
     **dict.fromkeys(("m·s⁻¹", "m·s^-1", "ms^-1", "m/sec"), "m/s"),
-    **dict.fromkeys(("deg/sec", "degrees/s", "º/s"), "deg/s"),
+    **dict.fromkeys(("deg/sec", "degrees/s", "º/s", "dps"), "deg/s"),
     **dict.fromkeys(("radians/s", "rad/sec", "rad·s⁻¹"), "rad/s"),
     **dict.fromkeys(("rad/s/s", "rad·s⁻²", "rad/s**2"), "rad/s²"),
     **dict.fromkeys(("g's", "gs", "g0", "gₙ"), "g"),
