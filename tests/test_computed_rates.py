@@ -36,7 +36,7 @@ def test_doubt_about_rates_computed_from_places(difference):
 def test_doubt_about_smooth_noise_of_a_rate():
     """A Savitzky-Golay derivative over seven places; a stated cutoff answers the doubt."""
     noise = 1e-3 * np.random.default_rng(1).standard_normal(len(TS))
-    smooth = signal.savgol_filter(HEIGHTS + noise, 7, 2, deriv=1, delta=1e-3)
+    smooth = np.asarray(signal.savgol_filter(HEIGHTS + noise, 7, 2, deriv=1, delta=1e-3))
     record = ij.Recording(TS, smooth, ij.Velocity())
     assert doubts_computation(record, "noise is smooth")
     assert not doubts_computation(record, "noise is smooth", cutoff=50.0)
