@@ -68,6 +68,16 @@ class Linearisation(NamedTuple):
         q, triangle = xp.linalg.qr(xp.concatenate([columns, below]))
         return -xp.linalg.solve(triangle, q[: self.rest.shape[0]].T @ self.rest) / scale
 
+    def gradient_after(self, weights: Vector, damping: float) -> Vector:
+        """The gradient after the step p of `step`, which is −λ W² p, by the normal equations: less
+        accurate than `step`, and twice as fast.
+        """
+        xp, moving = namespace(self.rest), weights > 0
+        scale = xp.where(moving, weights, 1.0)
+        columns = xp.where(moving, self.factor / scale, 0.0)
+        squares = columns.T @ columns + xp.diag(xp.where(moving, damping, 1.0))
+        return damping * scale * xp.linalg.solve(squares, columns.T @ self.rest)
+
 
 def linearise(
     cost: Float[AnyArray, ""],

@@ -286,10 +286,10 @@ def _loosened(model: Linearisation, bounds: Bounds, moving: Mask) -> Vector:
     after a step with them: it began near zero by chance.
     """
     xp, usual = namespace(bounds.usual), bounds.usual
-    step = model.step(_weights(_tied(model, usual, moving), moving), _SLIGHT)
+    left = model.gradient_after(_weights(_tied(model, usual, moving), moving), _SLIGHT)
     unlimited = xp.isfinite(usual) & ~xp.isfinite(bounds.reach)
     far = _LOOSE * xp.where(unlimited, usual, 0.0)
-    farther = xp.abs(model.moved(step).gradient) > model.curvature * far
+    farther = xp.abs(left) > model.curvature * far
     return xp.where(unlimited & farther, xp.inf, usual)
 
 
