@@ -107,12 +107,13 @@ def test_lm_bounds_jointly_identified_parameters(slope, xp):
 
 
 @quick
+@pytest.mark.parametrize("least", [-4e-14, 1e-3, 1e-90, 5e-324])
 @pytest.mark.parametrize("power", [1, 2], ids=["line", "parabola"])
-def test_a_parameter_without_limits_may_begin_near_zero(power):
+def test_a_parameter_without_limits_may_begin_near_zero(power, least):
     """A slope that a first look takes for -4e-14; against SciPy's minimum."""
     ts = np.linspace(0.0, 1.0, 30)
     record = 0.3 + 0.7 * ts + 0.05 * np.random.default_rng(2).standard_normal(30)
-    begun = np.array([1.0, -4e-14])
+    begun = np.array([1.0, least])
 
     def residuals(u):
         return u[0] ** power + u[1] * ts - record

@@ -212,13 +212,13 @@ def bounds_of(ranges: Sequence[Range], start: Vector, active: Mask) -> Bounds:
 
 def _usual_moves(ranges: Sequence[Range], start: Vector, reach: Vector) -> Vector:
     """Step that changes a value by about 100 %; `inf` for a parameter without limits that starts
-    at 0.
+    at 0, or so close to it that its square has no digits.
     """
     xp = namespace(start)
     values = [to_value(allowed, u) for allowed, u in zip(ranges, start, strict=True)]
     slopes = [slope(allowed, u) for allowed, u in zip(ranges, start, strict=True)]
     moves = xp.abs(xp.stack(values) / xp.stack(slopes))
-    anything = xp.where(moves > 0, moves, xp.inf)
+    anything = xp.where(moves > float(np.finfo(start.dtype).tiny) ** 0.25, moves, xp.inf)
     return xp.where(xp.isfinite(reach), xp.clip(moves, _LEAST * reach, reach), anything)
 
 

@@ -76,7 +76,7 @@ def walked(
     centres, tried = [around], []
     if any(around.coordinates.fades):
         faded, rise = _faded(estimate, refits, around)
-        if not rise > _HIGH * max(walk.limit for walk in walks):
+        if not rise > _HIGH * max((walk.limit for walk in walks), default=math.inf):
             centres.append(faded)
         for walk in walks:
             walk.include(float(faded.values[walk.parameter]), rise)
