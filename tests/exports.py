@@ -267,6 +267,7 @@ SYNONYMS = {
     "Gyroscope y (deg/s)": ("angular velocity", RATES, np.pi / 180),
     "wz (dps)": ("angular velocity", RATES, np.pi / 180),
     "gyroX_dps": ("angular velocity", RATES, np.pi / 180),
+    "accX (m/s^2)": ("proper acceleration", PULSES, 1.0),
     "ax (m/s^2)": ("proper acceleration", PULSES, 1.0),
     "X Acceleration 1 (m/s²)": ("proper acceleration", PULSES, 1.0),
     "Linear acceleration x (m/s/s)": ("acceleration", PULSES, 1.0),

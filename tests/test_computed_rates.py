@@ -42,6 +42,6 @@ def test_doubt_about_smooth_noise_of_a_rate():
     assert not doubts_computation(record, "noise is smooth", cutoff=50.0)
 
 
-def doubts_computation(record, words="seems to be computed from places", **fixed):
+def doubts_computation(record, words="seems to be computed from positions", **fixed):
     told = ij.check(record, oscillator=ij.BouncingBall(), fixed=fixed)
     return any(words in each for each in told.doubts)

@@ -110,7 +110,7 @@ def test_lm_bounds_jointly_identified_parameters(slope, xp):
 @pytest.mark.parametrize("least", [-4e-14, 1e-3, 1e-90, 5e-324])
 @pytest.mark.parametrize("power", [1, 2], ids=["line", "parabola"])
 def test_a_parameter_without_limits_may_begin_near_zero(power, least):
-    """A slope that a first look takes for -4e-14; against SciPy's minimum."""
+    """A slope that begins at about zero; against SciPy's minimum."""
     ts = np.linspace(0.0, 1.0, 30)
     record = 0.3 + 0.7 * ts + 0.05 * np.random.default_rng(2).standard_normal(30)
     begun = np.array([1.0, least])
@@ -188,6 +188,11 @@ def test_damped_step_solves_augmented_least_squares(damping, xp):
     step = model.step(xp.asarray(weights), damping)
     np.testing.assert_allclose(step[np.array(moves)], expected, rtol=1e-8)
     np.testing.assert_array_equal(step[np.array([3, 4])], 0.0)
+    if damping > 0:
+        found = model.gradient_after(xp.asarray(weights), damping)
+        floor = 1e-6 * float(np.max(np.abs(model.gradient)))
+        np.testing.assert_allclose(found, -damping * weights**2 * step, atol=floor)
+        np.testing.assert_allclose(found[:3], model.moved(step).gradient[:3], atol=floor)
     left = residuals + jacobian @ np.asarray(step)
     floor = 1e-12 * np.sum((lengths * np.asarray(step)) ** 2)
     gain = (residuals @ residuals - left @ left - floor) / 2

@@ -8,6 +8,7 @@ import pytest
 import impactjax as ij
 from impactjax._record.outliers import spikes
 from records import table
+from reference import ball, simulate_rigid
 from tiers import quick
 
 pytestmark = quick
@@ -109,6 +110,19 @@ def test_outlier_samples_are_left_out(noise, r):
     wrong = np.array([0, 77, 300, 301, 900, 1499])
     values[wrong] += np.array([1, -1, 1, 1, -1, 1]) * 0.7
     np.testing.assert_array_equal(np.flatnonzero(spikes(values)), wrong)
+
+
+def test_outliers_of_a_velocity_are_left_out():
+    """A ball by SciPy. No sample of a rebound is left out, and pulses of an acceleration stay."""
+    t = np.arange(1400) / 1000
+    clean = simulate_rigid(ball(9.81), [0.3, 0.0], t, lambda speed: 0.8).velocity
+    values = clean + 0.02 * np.random.default_rng(2).standard_normal(len(t))
+    assert not ij.Recording(t, values, ij.Velocity()).outliers().any()
+    wrong = np.array([30, 100, 101, 400, 700])
+    values[wrong] += np.array([1, -1, -1, 1, -1]) * 0.8
+    found = ij.Recording(t, values, ij.Velocity()).outliers()
+    np.testing.assert_array_equal(np.flatnonzero(found), wrong)
+    assert not ij.Recording(t, values, ij.Acceleration()).outliers().any()
 
 
 def test_outliers_of_a_recording_made_in_python_are_left_out():

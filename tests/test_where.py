@@ -57,7 +57,7 @@ def test_record_of_opposite_sign_is_turned(tmp_path, at_rest):
 
 
 def rates(quantity):
-    """Velocity of the mass behind a gyroscope's low-pass of 80 Hz, or its acceleration."""
+    """Velocity of the mass behind a low-pass of 80 Hz, or the derivative of it."""
     fine = np.arange(20_000) / 20_000
     found = simulate_rigid(spring(OMEGA, 0.0), [0.03, 0.0], fine, lambda speed: R).velocity
     filtered = signal.sosfilt(signal.butter(2, 80.0, fs=20_000, output="sos"), found)

@@ -10,7 +10,6 @@ from impactjax._compare.falling import OFF, are_of_gravity, gravities
 from impactjax._compare.survey import Survey
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._record.recording import Recording
-from impactjax._sensor.quantity import AbstractPlace
 
 _UNEVEN = 0.2  # deviation of an interval from the median, relative to it
 _COARSE = 12  # samples of a flight or a swing
@@ -63,7 +62,7 @@ def _values(found: Survey, noise: Noise) -> Iterator[str]:
             "The noise is smooth from sample to sample, as after a filter: state its `cutoff` "
             "under [sensor], or contacts seem longer than they are."
         )
-    if recording.shows_motion and not recording.shows_place:
+    if recording.shows_rate:
         yield from _computation(recording, noise, "cutoff" in found.setup.free)
     if noise.size > _LOUD * (high - low):
         share = 100 * noise.size / (high - low)
@@ -74,13 +73,13 @@ def _computation(recording: Recording, noise: Noise, filters: bool) -> Iterator[
     """Sentence on a rate that a program may have computed from places."""
     if noise.of_differences:
         yield (
-            f"The {recording.observed} seems to be computed from places, by differences that "
-            "smooth every impact: give the places, or contacts seem longer than they are."
+            f"The {recording.observed} seems to be computed from positions by differences, which "
+            "smooth every impact: record the positions, or contacts seem longer than they are."
         )
     elif noise.memory > 1 and filters:
         yield (
             "The noise is smooth from sample to sample. A filter of the sensor is fitted; but if "
-            f"the {recording.observed} was computed from places, give the places, or contacts seem "
+            f"the {recording.observed} was computed from positions, record these, or contacts seem "
             "longer than they are."
         )
 
@@ -125,7 +124,7 @@ def _middle(found: Survey, noise: Noise) -> Iterator[str]:
     look, recording = found.look, found.recording
     if not (look.swings_freely and len(look.marks) > 3 and isinstance(recording, Recording)):
         return
-    if not isinstance(recording.quantity, AbstractPlace) or "offset" in found.setup.free:
+    if not recording.shows_place or "offset" in found.setup.free:
         return
     at = np.interp(look.marks, np.asarray(recording.ts), np.asarray(recording.values))
     middles = (at[:-2] + 2 * at[1:-1] + at[2:]) / 4

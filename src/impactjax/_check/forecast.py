@@ -20,7 +20,6 @@ from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.recording import Recording
 from impactjax._sensor.filtered_samples import filtered_samples
 from impactjax._sensor.low_pass import Butterworth
-from impactjax._sensor.quantity import AbstractPlace, AbstractSpeed
 
 _STEP = 1e-5  # of a parameter, relative to its scale
 _SINGULAR = 1e-12  # least eigenvalue of the scaled information that counts
@@ -67,7 +66,7 @@ def forecasts(found: Survey, noise: Noise) -> Forecasts | None:
     """
     recording, look = found.recording, found.look
     sampled = isinstance(recording, Recording)
-    if sampled and not isinstance(recording.quantity, AbstractPlace | AbstractSpeed):
+    if sampled and recording.quantity.derivative not in (0, 1):
         return None
     known = {type(make()) for make in OSCILLATORS.values()}
     has_closed_form = type(look.oscillator) in known and not look.oscillator.is_forced()
@@ -206,7 +205,7 @@ class _Rows(NamedTuple):
             return np.concatenate([[0.0], hits, np.full(count - 1 - len(hits), np.nan)])
         values, _ = motion.along(self.ts)
         assert isinstance(self.recording, Recording)
-        if not isinstance(self.recording.quantity, AbstractPlace):
+        if not self.recording.shows_place:
             values = np.gradient(values, self.ts)
         return self._filtered(values)
 

@@ -10,7 +10,7 @@ from impactjax._record.recording import Recording
 _QUARTILE = 0.6745  # median of the absolute value of a standard normal variable
 _LAGS = (1, 2, 4, 8)  # samples
 _GROWS, _MOVES = 1.4, 6.0  # ratios of the sizes at two lags: filtered noise, and motion
-_FALLS, _THEN = 5.6, 3.0  # excess of a size over the next of differences, times √samples
+_FALLS, _THEN = 5.6, 3.0  # changes from one size to the next, times √samples, that are no chance
 _FEW = 0.5  # share of different values below which they may be steps
 _EXACT = 1e-3  # deviation from a multiple of the step, in steps
 
@@ -21,7 +21,7 @@ class Noise(NamedTuple):
     - `size`: standard deviation, in the SI unit of the record.
     - `memory`: number of samples after which it is independent; 1 for white noise.
     - `step`: step of the recorded values; 0 if they have none.
-    - `of_differences`: true if it is that of differences of neighbouring values.
+    - `of_differences`: true if the values seem to be differences of others with white noise.
     """
 
     size: float
@@ -55,6 +55,7 @@ def noise_of(recording: AbstractRecording) -> Noise:
 
 
 def _are_of_differences(sizes: list[float], count: int) -> bool:
+    """True if the size falls from one sample to two, or first rises and then falls to four."""
     if len(sizes) < 3 or min(sizes) == 0:
         return False
     first, second = sizes[0] / sizes[1], sizes[1] / sizes[2]

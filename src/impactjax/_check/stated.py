@@ -8,7 +8,6 @@ from impactjax._check.noise import Noise
 from impactjax._compare.survey import Survey
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._record.recording import Recording
-from impactjax._sensor.quantity import AbstractPlace
 
 _OTHER = 3.0  # ratio of the stated noise to that of the record
 _COARSE = 4.0  # ratio of the stated step to the noise above which the steps are seen
@@ -21,7 +20,7 @@ def doubts_about_statements(found: Survey, noise: Noise) -> Iterator[str]:
     """Sentences on stated values that the record contradicts, each with a remedy."""
     if isinstance(found.recording, Recording):
         yield from _sensor(found, found.recording, noise)
-        if isinstance(found.recording.quantity, AbstractPlace):
+        if found.recording.shows_place:
             yield from _place(found, found.recording)
     yield from _lever(found)
 

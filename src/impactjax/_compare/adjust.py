@@ -33,7 +33,7 @@ def adjusted(
         setup, look = _placed(recording, look, setup, notes)
     if look.is_blow:
         setup = with_unstated_instrument(recording, setup, said)
-    elif recording.shows_motion and _hits(recording, look):
+    elif _hits(recording, look):
         setup = with_unstated_sensor(recording, look, setup, said)
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)
@@ -43,8 +43,10 @@ def adjusted(
 
 
 def _hits(recording: AbstractRecording, look: FirstLook) -> bool:
-    """True if the motion has impacts. One that passes through zero hits a stop elsewhere."""
-    return not look.swings_freely or (recording.shows_place and look.elsewhere is not None)
+    """True for a motion with impacts: one that passes through zero may hit a stop elsewhere."""
+    if recording.shows_place:
+        return not look.swings_freely or look.elsewhere is not None
+    return recording.shows_rate and not look.swings_freely
 
 
 def _look(recording: AbstractRecording, setup: Setup) -> FirstLook:
@@ -63,7 +65,7 @@ def _turned(
     seems to pull, or if a velocity or an acceleration shows rebounds only then.
     """
     lowest, highest = recording.span()
-    rate = recording.shows_motion and not recording.shows_place
+    rate = recording.shows_rate
     if highest >= _BEYOND * abs(lowest) and not (rate and look.swings_freely):
         return recording, look
     turned = recording.turned()

@@ -9,7 +9,6 @@ from impactjax._first_look.first_look import FirstLook
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.recording import Recording
-from impactjax._sensor.abstract_quantity import AbstractPlace, AbstractSpeed
 
 OFF = 0.05  # relative difference of gravity from its known value that is a fault
 _FEWEST = 2  # flights
@@ -31,9 +30,10 @@ def gravities(recording: AbstractRecording, look: FirstLook) -> Accelerations:
     """
     if not isinstance(recording, Recording) or recording.quantity.of_angle:
         return np.zeros(0)
-    if not isinstance(recording.quantity, AbstractPlace | AbstractSpeed):
+    derivative = recording.quantity.derivative
+    if derivative not in (0, 1):
         return np.zeros(0)
-    order = 2 if recording.shows_place else 1
+    order = 2 - derivative
     ts, values, found = np.asarray(recording.ts), np.asarray(recording.values), []
     least = np.max(np.diff(look.marks), initial=0.0) / 2
     for begin, end in pairwise(look.marks.tolist()):

@@ -69,8 +69,10 @@ class Linearisation(NamedTuple):
         return -xp.linalg.solve(triangle, q[: self.rest.shape[0]].T @ self.rest) / scale
 
     def gradient_after(self, weights: Vector, damping: float) -> Vector:
-        """The gradient after the step p of `step`, which is −λ W² p, by the normal equations: less
-        accurate than `step`, and twice as fast.
+        """The gradient after the step p of `step`, −λ W² p, by the normal equations. They are less
+        accurate than a QR decomposition, and cost less.
+
+        **Arguments:** those of `step`, with a positive λ.
         """
         xp, moving = namespace(self.rest), weights > 0
         scale = xp.where(moving, weights, 1.0)

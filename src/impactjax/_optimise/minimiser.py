@@ -23,7 +23,7 @@ from impactjax._optimise.linearisation import Linearisation, Vector
 from impactjax._outcome import Outcome
 
 _TIE = 0.001  # share of the strongest curvature in the damping of each parameter
-_LOOSE = 10.0  # step left to a parameter, relative to its usual one, from which that says nothing
+_LOOSE = 10.0  # usual steps that a parameter has still to go if its start says nothing of them
 _SLIGHT = 1e-6  # damping that hardly shortens a step
 _GROWTH = 2.0  # Nielsen's ν: factor of the damping when a step is rejected for the first time
 _PASSES = 2  # solutions of a step after which parameters that it takes out of range are held
@@ -282,8 +282,8 @@ def _tied(model: Linearisation, usual: Vector, moving: Mask) -> Vector:
 
 
 def _loosened(model: Linearisation, bounds: Bounds, moving: Mask) -> Vector:
-    """The usual steps, infinite for a parameter without limits that would still go much farther
-    after a step with them: it began near zero by chance.
+    """The usual steps, infinite for a parameter without limits that began near zero by chance: one
+    that would still go much farther alone, after a step that is bounded by them.
     """
     xp, usual = namespace(bounds.usual), bounds.usual
     left = model.gradient_after(_weights(_tied(model, usual, moving), moving), _SLIGHT)

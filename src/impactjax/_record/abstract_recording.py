@@ -127,8 +127,8 @@ class AbstractRecording(eqx.Module):
 
     @property
     @abc.abstractmethod
-    def shows_motion(self) -> bool:
-        """True if the coordinate, its velocity or its acceleration was recorded."""
+    def shows_rate(self) -> bool:
+        """True if the velocity or the acceleration of the coordinate was recorded."""
 
     @abc.abstractmethod
     def curves(self, residuals: np.ndarray) -> Curves:

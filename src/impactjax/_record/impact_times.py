@@ -103,7 +103,7 @@ class ImpactTimes(AbstractRecording):
         return False
 
     @property
-    def shows_motion(self) -> bool:
+    def shows_rate(self) -> bool:
         return False
 
     def curves(self, residuals: np.ndarray) -> Curves:

@@ -17,7 +17,7 @@ from impactjax._record.file_error import FileError
 from impactjax._record.impact_times import ImpactTimes
 from impactjax._record.missed_impacts import heard
 from impactjax._record.onsets import read_onsets
-from impactjax._record.outliers import spikes
+from impactjax._record.outliers import outliers
 from impactjax._record.recording import Recording
 from impactjax._record.sidecar import Sidecar, read_sidecar
 from impactjax._record.table import Table, numbers, numbers_and_gaps
@@ -164,12 +164,10 @@ def _samples(
     if beyond.any():
         notes.append(f"{count_of(beyond, 'sample')} clipped and left out.")
     valid &= ~beyond
-    if quantity.is_place:
-        wrong = np.zeros(len(valid), bool)
-        wrong[valid] = spikes(values[valid])
-        if wrong.any():
-            notes.append(f"{count_of(wrong, 'sample')} far from those beside, and left out.")
-        valid &= ~wrong
+    wrong = outliers(values, valid, quantity)
+    if wrong.any():
+        notes.append(f"{count_of(wrong, 'sample')} far from those beside, and left out.")
+    valid &= ~wrong
     if np.count_nonzero(valid) < 2:
         problem = f"{np.count_nonzero(valid)} usable values are left"
         raise FileError(path, None, problem, "check that it is the right column")

@@ -24,7 +24,7 @@ from impactjax._record.abstract_recording import (
     check_list,
     counted,
 )
-from impactjax._record.outliers import spikes
+from impactjax._record.outliers import outliers
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 from impactjax._sensor.abstract_quantity import AbstractQuantity
@@ -124,11 +124,11 @@ class Recording(AbstractRecording):
 
     @property
     def shows_place(self) -> bool:
-        return self.quantity.is_place
+        return self.quantity.derivative == 0
 
     @property
-    def shows_motion(self) -> bool:
-        return self.quantity.is_motion
+    def shows_rate(self) -> bool:
+        return self.quantity.derivative in (1, 2)
 
     def curves(self, residuals: np.ndarray) -> Curves:
         unit, factor = self.shown
@@ -170,11 +170,7 @@ class Recording(AbstractRecording):
         return eqx.tree_at(lambda each: each.values, self, self.values - rows)
 
     def outliers(self) -> Valid:
-        valid = np.asarray(self.valid)
-        wrong = np.zeros(len(valid), bool)
-        if self.quantity.is_place:
-            wrong[valid] = spikes(np.asarray(self.values)[valid])
-        return wrong
+        return outliers(np.asarray(self.values), np.asarray(self.valid), self.quantity)
 
     def within(self, share: float) -> Valid:
         ts = plain(self.ts)

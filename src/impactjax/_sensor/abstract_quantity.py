@@ -40,10 +40,10 @@ class AbstractQuantity(eqx.Module):
     of_angle: ClassVar[bool | None]
     """True for oscillators whose coordinate is an angle, false for others, `None` for both."""
 
-    is_place: ClassVar[bool] = False
-    """True if it is the coordinate itself."""
-    is_motion: ClassVar[bool] = False
-    """True for the coordinate and its derivatives."""
+    derivative: ClassVar[int | None] = None
+    """The order of the derivative of the coordinate that it is: 0 for the coordinate itself, `None`
+    for other quantities.
+    """
     is_carried: ClassVar[bool] = False
     """True if its sensor usually moves with a falling body."""
     is_felt: ClassVar[bool] = False
@@ -103,8 +103,7 @@ class AbstractQuantity(eqx.Module):
 class AbstractPlace(AbstractQuantity):
     """The coordinate itself."""
 
-    is_place: ClassVar[bool] = True
-    is_motion: ClassVar[bool] = True
+    derivative: ClassVar[int | None] = 0
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
         del model
@@ -125,7 +124,7 @@ class AbstractPlace(AbstractQuantity):
 class AbstractSpeed(AbstractQuantity):
     """The rate of the coordinate."""
 
-    is_motion: ClassVar[bool] = True
+    derivative: ClassVar[int | None] = 1
     density: ClassVar[int] = 4
 
     def value(self, model: ImpactOscillator, trajectory: Trajectory) -> Samples:
@@ -180,7 +179,7 @@ class AbstractPulsed(AbstractQuantity):
 class AbstractAcceleration(AbstractPulsed):
     """The second derivative of the coordinate."""
 
-    is_motion: ClassVar[bool] = True
+    derivative: ClassVar[int | None] = 2
 
     def factor(self, model: ImpactOscillator) -> Float[Array, "..."]:
         del model

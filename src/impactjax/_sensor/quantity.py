@@ -110,7 +110,7 @@ class Acceleration(AbstractAcceleration):
     """The acceleration of a mass on a line, as seen from outside."""
 
     name: ClassVar[str] = "acceleration"
-    synonyms: ClassVar[tuple[str, ...]] = ("a", "linear acceleration", "user acceleration")
+    synonyms: ClassVar[tuple[str, ...]] = ("a", "acc", "linear acceleration", "user acceleration")
     units: ClassVar[dict[str, float]] = ACCELERATIONS
     shown: ClassVar[str] = "m/s²"
     of_angle: ClassVar[bool | None] = False
