@@ -109,7 +109,8 @@ def test_laws_of_different_types_share_no_parameter_of_the_law():
 def test_interval_across_laws_is_printed_and_written():
     pair = tuple(ij.Fitted(name, moved(by, 0.0), 0.0) for name, by in (("a", 0.0), ("b", 0.1)))
     (said,) = (each for each in sentences(pair) if "over all of them" in each)
-    assert said.startswith("a and b cannot be distinguished and differ in x0: its interval over")
+    assert said.startswith("a and b cannot be distinguished. Intervals over all of them, with")
+    assert "x0 " in said
     rows = parameter_rows(pair)
     assert rows[0][0]["interval"] == rows[1][0]["interval"] in said
     fits = document([ij.Comparison("x", pair)])["fits"]

@@ -2,6 +2,8 @@
 
 import math
 
+ANY = "any value"
+
 
 def with_error(value: float, error: float) -> str:
     """A value with its standard error, both to two digits of the error."""
@@ -19,7 +21,7 @@ def interval(low: float, high: float, error: float) -> str:
         ends = ("?" if math.isnan(end) else _rounded(end, error) for end in (low, high))
         return " to ".join(ends)
     if math.isinf(low) and math.isinf(high):
-        return "any value"
+        return ANY
     if math.isinf(high):
         return f"more than {_rounded(low, error)}"
     if math.isinf(low):
@@ -28,8 +30,8 @@ def interval(low: float, high: float, error: float) -> str:
 
 
 def with_unit(shown: str, unit: str) -> str:
-    """A number with its unit; a pure number has none."""
-    return shown if unit == "1" else f"{shown} {unit}"
+    """A number with its unit; a pure number, or any number, has none."""
+    return shown if unit == "1" or shown == ANY else f"{shown} {unit}"
 
 
 def apart(value: float, limit: float) -> tuple[str, str]:

@@ -199,19 +199,20 @@ def _open_sides(best: Fitted) -> list[str]:
 
 def _across(fits: Sequence[Fitted]) -> list[str]:
     """Sentences on parameters whose interval is that across several laws."""
-    best, found = fits[0].estimate, []
+    best = fits[0].estimate
+    differing: dict[tuple[int, ...], list[str]] = {}
     for name, wider in across([fitted.estimate for fitted in fits]).items():
         own = best[name]
         alone, whole = (
             with_unit(interval(*ends, own.standard_error), own.unit)
             for ends in ((own.low, own.high), (wider.low, wider.high))
         )
-        laws = listed([fits[i].name for i in wider.models])
-        found.append(
-            f"{laws} cannot be distinguished and differ in {name}: its interval over all of them "
-            f"is {whole}; {fits[0].name} alone would give {alone}."
-        )
-    return found
+        differing.setdefault(wider.models, []).append(f"{name} {whole} ({alone})")
+    return [
+        f"{listed([fits[i].name for i in models])} cannot be distinguished. Intervals over all of "
+        f"them, with those of {fits[0].name} alone in brackets: {', '.join(parts)}."
+        for models, parts in differing.items()
+    ]
 
 
 def _lasting(estimate: Estimate[Problem]) -> list[str]:

@@ -82,6 +82,7 @@ class _Highest(NamedTuple):
 
 def extremes(
     step: AbstractStep,
+    misses: bool,
     model: ImpactOscillator,
     path: Path,
     record: Record,
@@ -89,6 +90,7 @@ def extremes(
     count: int,
 ) -> Extremes:
     """The extremes of a run of `count` impacts; `slots` has the number of each step's impact.
+    Misses are infinite unless `misses`.
 
     Three questions share one search for turns:
 
@@ -99,7 +101,7 @@ def extremes(
     - peak force of an impact: likewise of the forces
     """
     nothing, far = jnp.zeros(count, path.t.dtype), jnp.full_like(path.t[0], jnp.inf)
-    if not walls(model):
+    if not (walls(model) and (misses or is_compliant(model))):
         return Extremes(nothing, nothing, far, far)
     log = record.log
     tracks = tracks_of(model, record)
@@ -223,7 +225,7 @@ def _level(step: AbstractStep, s: Scalar, at: PyTree) -> tuple[Scalar, Scalar]:
     """A level within a step, and its rate."""
     model, (t, mode, expansion), which, exists = at
     y = step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
-    value, rate, _ = (chosen(x, which) for x in levels_of(model, t + s, y, mode))
+    value, rate = (chosen(x, which) for x in levels_of(model, t + s, y, mode))
     return value, jnp.where(exists, rate, -s)  # any falling rate, without a turn
 
 

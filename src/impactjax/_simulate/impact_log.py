@@ -79,12 +79,15 @@ class Impacts(NamedTuple):
 def impacts_of(
     step: AbstractStep,
     max_impacts: int,
+    misses: bool,
     model: ImpactOscillator,
     path: Path,
     record: Record,
     factors: Factors | None,
 ) -> Impacts:
-    """The impact log of a lane, with `max_impacts` rows."""
+    """The impact log of a lane, with `max_impacts` rows; the nearest miss is infinite unless
+    `misses`.
+    """
     ends = jax.vmap(lambda path, log: _read(model, path, log))(path, record.log)
     number = jnp.cumsum(ends.begins, dtype=jnp.int32) - 1
     total = number[-1] + 1
@@ -105,7 +108,7 @@ def impacts_of(
         own = factors_of(factors, jnp.arange(max_impacts))
         separation = separation * jnp.where(scales, own, 1.0)
     moving = complete & (approach > 0)
-    deepest, peak, turn, end = extremes(step, model, path, record, number, max_impacts)
+    deepest, peak, turn, end = extremes(step, misses, model, path, record, number, max_impacts)
     log = ImpactLog(
         count=jnp.minimum(total, max_impacts),
         time=time,

@@ -17,17 +17,10 @@ Levels = Float[Array, " levels"]  # penetrations of all stops [m], then their fo
 
 
 @jax.jit  # so that it is traced once
-def levels_of(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> tuple[Levels, ...]:
-    """Penetration and force of all stops, their rates along the flow, and the growth of these."""
-
-    def flow(t: Scalar, y: State) -> State:
-        return Automaton(model).flow(t, y, mode)
-
-    def with_rates(t: Scalar, y: State) -> tuple[Levels, Levels]:
-        return jax.jvp(functools.partial(heights, model), (y,), (flow(t, y),))
-
-    (levels, rates), (_, growth) = jax.jvp(with_rates, (t, y), (jnp.ones_like(t), flow(t, y)))
-    return levels, rates, growth
+def levels_of(model: ImpactOscillator, t: Scalar, y: State, mode: Mode) -> tuple[Levels, Levels]:
+    """Penetration and force of all stops, and their rates along the flow."""
+    rate = Automaton(model).flow(t, y, mode)
+    return jax.jvp(functools.partial(heights, model), (y,), (rate,))
 
 
 def chosen(levels: Float[Array, "... levels"], which: Int[Array, "..."]) -> Float[Array, "..."]:

@@ -109,7 +109,7 @@ def simulate_logged(
     factors: Numbers | None,
 ) -> Trajectory:
     """Variant of `simulate`. The impact log is computed, without derivatives, if `logged` is true
-    when the program runs; otherwise it is zero.
+    when the program runs; otherwise it is zero. No nearest miss is computed.
     """
     check_kind("model", model, ImpactOscillator, "ImpactOscillator(Pendulum(13.0))")
     check_kind("chatter", chatter, Chatter, "Chatter(below=1e-3)")
@@ -174,7 +174,7 @@ def _simulate(
     record = record_steps(step, chatter, max_steps, run)
     path, final = differentiable_path(step, model, y0, t0, times[-1], factors, record)
     position, velocity = sample(step, model, path, record, times)
-    tell = partial(impacts_of, step, max_impacts)
+    tell = partial(impacts_of, step, max_impacts, logged is None)
     tell = tell if logged is None else _if_asked(logged, tell)
     impacts, total, nearest_miss, magnified = tell(model, path, record, factors)
     rests, rests_total = rests_of(path, record.log, max_impacts)

@@ -4,9 +4,11 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
+from numpy.polynomial import chebyshev
 
-from impactjax._hybrid.chunks import FEW_STEPS, map_rows
+from impactjax._hybrid.chunks import CHUNK, map_rows
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.dip import closest_to_zero
@@ -18,7 +20,13 @@ from impactjax._simulate.state import Mode, Phase
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Scalar
 
-_PARTS = 4  # parts of a step, each with at most one turn, except for one with two
+_PARTS = 8  # parts of a step, each with at most one turn, except for one with two
+
+# The matrix by which rates at the ends of the parts become the derivatives, by the share of a
+# part, of the polynomial through them.
+_ENDS = np.linspace(-1.0, 1.0, _PARTS + 1)
+_SLOPES = chebyshev.chebval(_ENDS, chebyshev.chebder(np.eye(_PARTS + 1), scl=2 / _PARTS)).T
+_DIFFERENTIATION = _SLOPES @ np.linalg.inv(chebyshev.chebvander(_ENDS, _PARTS))
 
 PerNode = Float[Array, "steps tracks nodes"]
 
@@ -53,15 +61,15 @@ def nodes_of(
     step: AbstractStep, model: ImpactOscillator, path: Path, record: Record, tracks: Tracks
 ) -> Nodes:
     """The ends of the parts of each step, and one more node between which two turns may be hidden:
-    where a rate of one sign comes closest to zero, by cubic interpolation.
+    where a rate of one sign comes closest to zero, by interpolation.
     """
     model, path = jax.lax.stop_gradient((model, path))
     ends = jnp.arange(_PARTS + 1, dtype=path.t.dtype) / _PARTS
     shares = jnp.broadcast_to(ends, (path.h.shape[0], _PARTS + 1))
-    _, *rates = _within(step, model, path, record, shares)
-    rate, growth = (chosen(each[:, None], tracks.level[:, :, None]) for each in rates)
-    hidden = closest_to_zero(rate, growth * path.h[:, None, None] / _PARTS)
-    more = chosen(_within(step, model, path, record, hidden)[1], tracks.level)
+    rates = _within(step, model, path, record, shares)
+    rate = chosen(rates[:, None], tracks.level[:, :, None])
+    hidden = closest_to_zero(rate, rate @ jnp.asarray(_DIFFERENTIATION.T, rate.dtype))
+    more = chosen(_within(step, model, path, record, hidden), tracks.level)
     place = jnp.sum(ends <= hidden[..., None], axis=-1)
     share = jnp.broadcast_to(ends, rate.shape)
     return Nodes(_inserted(share, place, hidden), _inserted(rate, place, more))
@@ -83,16 +91,16 @@ def _within(
     path: Path,
     record: Record,
     shares: Float[Array, "steps nodes"],
-) -> tuple[Float[Array, "steps nodes levels"], ...]:
-    """Levels, rates and their growth at some shares of each step."""
+) -> Float[Array, "steps nodes levels"]:
+    """Rates of all levels at some shares of each step."""
 
-    def inside(row: tuple[Path, Mode, Array]) -> tuple[Array, ...]:
+    def inside(row: tuple[Path, Mode, Array]) -> Array:
         (t, _, h, _, expansion), mode, shares = row
 
-        def at(s: Scalar) -> tuple[Levels, ...]:
+        def at(s: Scalar) -> Levels:
             y = step.evaluate(Automaton(model), mode, expansion, s, jnp.zeros_like(s))
-            return levels_of(model, t + s, y, mode)
+            return levels_of(model, t + s, y, mode)[1]
 
         return jax.vmap(at)(shares * h)
 
-    return map_rows(inside, (path, record.log.mode, shares), record.passes, FEW_STEPS)
+    return map_rows(inside, (path, record.log.mode, shares), record.passes, CHUNK)
