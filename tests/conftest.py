@@ -44,7 +44,7 @@ def _not_too_many_programs() -> Iterator[None]:
 
 
 def _pieces_of_memory() -> float:
-    """How many pieces of memory this process maps; infinite where the system does not say."""
+    """Number of pieces of memory that this process maps; infinite where the system does not say."""
     try:
         return MAPS.read_bytes().count(b"\n")
     except OSError:

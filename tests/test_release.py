@@ -117,6 +117,19 @@ def test_accelerometer_fall_and_landing():
     assert falling.ts.shape == (142,)
 
 
+def test_dropped_accelerometer_was_let_go_within_a_sample():
+    rate, landing = 200.0, 130
+    ts = np.arange(200) / rate
+    felt = np.where(ts < 0.2, 9.8, 0.0)
+    felt[landing : landing + 5] = 150.0
+    prepared = ij.prepare(
+        ij.Recording(ts, felt, ij.ProperAcceleration()), laws=["kelvin-voigt"]
+    ).experiments["kelvin-voigt"]
+    before = prepared.priors["x_dot0"]
+    assert (before.mean, before.sigma) == pytest.approx((0.0, 9.80665 / rate))
+    assert "x_dot0" not in prepared.fixed
+
+
 @pytest.mark.parametrize("held", [0.2, 0.4])
 def test_release_of_ball_without_long_flights(held):
     """Its gravity is known, so that a hand shows without another flight to compare with."""

@@ -1,9 +1,13 @@
 """Sign of a record, position of the stop in it, and its usable part, from the record itself."""
 
+import numpy as np
+
 from impactjax._compare.oscillators import with_known
 from impactjax._compare.setup import PHASE, Setup
 from impactjax._compare.unstated_sensor import with_unstated_instrument, with_unstated_sensor
 from impactjax._first_look.first_look import FirstLook
+from impactjax._model.gravity import STANDARD_GRAVITY
+from impactjax._problem.prior import Normal
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._sensor.sensor import Sensor
 
@@ -111,8 +115,8 @@ def _released(
 ) -> tuple[AbstractRecording, FirstLook, Setup]:
     """The part of the recording that the model describes.
 
-    An accelerometer that was dropped is taken to start from rest: its record alone does not contain
-    the initial velocity.
+    An accelerometer that was dropped falls from rest, since its record alone does not contain the
+    initial velocity. When it was let go is known to about one sample.
     """
     part = recording.free_part(look)
     if part is None:
@@ -124,8 +128,10 @@ def _released(
     )
     asked = {*setup.start, *setup.fixed, *setup.free}
     if at_rest and "x_dot0" not in asked:
-        setup = setup._replace(fixed={**setup.fixed, "x_dot0": 0.0})
-        note = f"{note} It is taken to fall from rest."
+        ts, _ = recording.axis
+        speed = STANDARD_GRAVITY * float(np.median(np.diff(ts)))
+        setup = setup._replace(priors={**setup.priors, "x_dot0": Normal(0.0, speed)})
+        note = f"{note} It is taken to fall from rest, let go within the sample before."
     notes.append(note)
     recording = recording.between(begin, end)
     return recording, _look(recording, setup), setup
