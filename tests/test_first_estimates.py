@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import impactjax as ij
 from impactjax._compare.laws import LAWS
 from impactjax._compare.oscillators import OSCILLATORS
+from impactjax._first_look.coordinate import from_velocity
 from reference import ball, pendulum, simulate_rigid, spring
 from tiers import thorough
 
@@ -180,3 +181,13 @@ def test_first_look_figure_shows_detected_impacts():
     ij.plot.first_look(ax, prepared.experiment.recording, look)
     marks = np.asarray(ax.get_lines()[1].get_xdata())
     np.testing.assert_array_equal(marks, look.marks)
+
+
+def test_single_wrong_samples_hide_no_impact_of_a_velocity():
+    """Flights of 0.25 s between contacts of five samples."""
+    ts = np.linspace(0.0, 1.0, 1001)
+    rates = np.convolve(1 - 2 * (4 * ts % 1), np.full(5, 0.2), mode="same")
+    rates[[130, 610]] -= 0.3
+    places = from_velocity(ts, rates)
+    assert places.min() > -0.05 * places.max()
+    assert places.max() == pytest.approx(0.25 / 4, rel=0.05)

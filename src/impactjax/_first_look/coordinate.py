@@ -7,6 +7,7 @@ import numpy as np
 from impactjax._first_look.peaks import peaks
 
 _PULSE = 0.2  # share of the greatest value above which a sample belongs to a pulse
+_ALONE = 5  # samples of the running median
 _PEAKED = 4.0  # ratio of the extremes on both sides of the median above which a record is peaked
 
 
@@ -29,10 +30,12 @@ def _integral(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def from_velocity(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Position by integration of a velocity. If the velocity jumps, the lowest points are taken as
-    impacts and set to zero; otherwise the mean is zero.
+    impacts and set to zero; otherwise the mean is zero. Single samples that jump do not count.
     """
+    from scipy import ndimage
+
     place = _integral(ts, values)
-    jumps = np.diff(values)
+    jumps = np.diff(ndimage.median_filter(values, _ALONE, mode="nearest"))
     if not is_peaked(jumps):
         return place - np.mean(place)
     impacts = peaks(-place, 0.02 * float(np.ptp(place)))
