@@ -1,5 +1,7 @@
 """Intervals across laws that cannot be distinguished, against mixtures by SciPy."""
 
+import re
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -110,9 +112,23 @@ def test_interval_across_laws_is_printed_and_written():
     pair = tuple(ij.Fitted(name, moved(by, 0.0), 0.0) for name, by in (("a", 0.0), ("b", 0.1)))
     (said,) = (each for each in sentences(pair) if "over all of them" in each)
     assert said.startswith("a and b cannot be distinguished. Intervals over all of them, with")
-    assert "x0 " in said
     rows = parameter_rows(pair)
     assert rows[0][0]["interval"] == rows[1][0]["interval"] in said
     fits = document([ij.Comparison("x", pair)])["fits"]
     assert fits[0]["across"]["x0"]["laws"] == ["a", "b"]
     assert fits[1]["across"] == {}
+
+
+def test_laws_that_differ_in_several_parameters_need_one_sentence():
+    first, second = moved(0.0, 0.0), moved(0.1, 0.0)
+    by = 5 * second.standard_errors[1]
+    second = eqx.tree_at(
+        lambda e: (e.values, e.low, e.high),
+        second,
+        [jnp.asarray(each).at[1].add(by) for each in (second.values, second.low, second.high)],
+    )
+    pair = ij.Fitted("a", first, 0.0), ij.Fitted("b", second, 0.0)
+    (said,) = (each for each in sentences(pair) if "over all of them" in each)
+    assert said.startswith("a and b cannot be distinguished. ")
+    ends = r"[-\d.]+ to [-\d.]+"
+    assert re.search(rf"brackets: x0 {ends} m \({ends} m\), x_dot0 {ends} m/s \({ends} m/s\)", said)

@@ -14,7 +14,7 @@ from browser import look, needs_browser
 from estimates import SMALL, line, swing, with_dry_friction
 from impactjax._compare.ranking import rejected
 from impactjax._first_look.first_look import FirstLook
-from impactjax._number_format import interval, with_error
+from impactjax._number_format import interval, with_error, with_unit
 from impactjax._report.document import document
 from impactjax._report.page import page
 from impactjax._report.profile_curves import NO_CURVES
@@ -234,6 +234,11 @@ def test_values_are_rounded_to_their_error(value, error, shown):
 )
 def test_open_intervals_in_words(low, high, shown):
     assert interval(low, high, 0.025) == shown
+
+
+def test_any_value_has_no_unit():
+    assert with_unit(interval(-np.inf, np.inf, 0.025), "rad/s") == "any value"
+    assert with_unit(interval(1.234, np.inf, 0.025), "rad/s") == "more than 1.234 rad/s"
 
 
 def test_document_is_json_without_infinities(fits):

@@ -115,8 +115,8 @@ def _released(
 ) -> tuple[AbstractRecording, FirstLook, Setup]:
     """The part of the recording that the model describes.
 
-    An accelerometer that was dropped falls from rest, since its record alone does not contain the
-    initial velocity. When it was let go is known to about one sample.
+    An accelerometer that was dropped fell from rest, since its record alone does not contain the
+    initial velocity. It was let go up to one sample before that part, which bounds its first speed.
     """
     part = recording.free_part(look)
     if part is None:
@@ -126,12 +126,12 @@ def _released(
         f"{reason}: only {begin:.3f} to {end:.3f} s is fitted "
         "(`window` under [read] in the sidecar decides otherwise)."
     )
-    asked = {*setup.start, *setup.fixed, *setup.free}
+    asked = {*setup.start, *setup.fixed, *setup.free, *setup.priors}
     if at_rest and "x_dot0" not in asked:
         ts, _ = recording.axis
         speed = STANDARD_GRAVITY * float(np.median(np.diff(ts)))
         setup = setup._replace(priors={**setup.priors, "x_dot0": Normal(0.0, speed)})
-        note = f"{note} It is taken to fall from rest, let go within the sample before."
+        note = f"{note} It is taken to fall from rest, let go up to one sample earlier."
     notes.append(note)
     recording = recording.between(begin, end)
     return recording, _look(recording, setup), setup

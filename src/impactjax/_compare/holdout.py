@@ -132,7 +132,7 @@ def _first(held_out: Prepared) -> Experiment:
 
 def _on_the_rig(estimate: Estimate[Problem], held_out: Prepared) -> Experiment:
     """An experiment on a recording that is held out, with the fitted model and sensor. Values that
-    were stated for its start, zero and drift are kept.
+    were stated for its start, zero and drift are kept, and prior knowledge of its start.
     """
     other, system = _first(held_out), estimate.system
     parts = {name: handle.path[0] for name, handle in handles(system).items()}
@@ -146,7 +146,11 @@ def _on_the_rig(estimate: Estimate[Problem], held_out: Prepared) -> Experiment:
         fixed={**stated, **dict.fromkeys(held)},
         free=[name for name in _OF_ONE if name in estimate.names and name not in stated],
         ties={},
-        priors={},
+        priors={
+            name: prior
+            for name, prior in other.priors.items()
+            if name in parts and parts[name] not in _RIG
+        },
         bounds={},
         loss=estimate.problem.loss,
         scatter=NoScatter(),

@@ -90,7 +90,7 @@ def extremes(
     count: int,
 ) -> Extremes:
     """The extremes of a run of `count` impacts; `slots` has the number of each step's impact.
-    Misses are infinite unless `misses`.
+    Without `misses` nobody asks for the nearest miss, and both distances are infinite.
 
     Three questions share one search for turns:
 
@@ -101,24 +101,16 @@ def extremes(
     - peak force of an impact: likewise of the forces
     """
     nothing, far = jnp.zeros(count, path.t.dtype), jnp.full_like(path.t[0], jnp.inf)
-    if not (walls(model) and (misses or is_compliant(model))):
+    if not walls(model) or not (misses or is_compliant(model)):
         return Extremes(nothing, nothing, far, far)
     log = record.log
     tracks = tracks_of(model, record)
     nodes = nodes_of(step, model, path, record, tracks)
-    rates, turns = nodes.rate, _turns(step, model, path, record, tracks, nodes)
+    turns = _turns(step, model, path, record, tracks, nodes)
     start, end = _at_ends(model, path, record, tracks)
-
-    flying = tracks.followed & (log.mode.phase == Phase.FLIGHT)[:, None]
-    turned = jnp.min(jnp.where(flying & turns.exists, -turns.level, far))
-    if has_resistance(model):
-        stands = (rates[..., -2] > 0) & _stands(model, record)[:, None]
-        turned = jnp.minimum(turned, jnp.min(jnp.where(flying & stands, -end, far)))
-    final = (log.event == NO_EVENT) & (log.h >= record.t1 - log.t)
-    approaches = (rates[..., -1] > 0) & final[:, None]
-    ended = jnp.min(jnp.where(flying & approaches, -end, far))
+    closest = _misses(model, record, tracks, nodes, turns, end) if misses else (far, far)
     if not is_compliant(model):
-        return Extremes(nothing, nothing, turned, ended)
+        return Extremes(nothing, nothing, *closest)
     touching = log.taken & (log.mode.phase == Phase.CONTACT) & (slots >= 0)
     highest = [
         _highest(
@@ -132,7 +124,27 @@ def extremes(
         )
         for quantity in (_PENETRATION, _FORCE)
     ]
-    return Extremes(highest[_PENETRATION], highest[_FORCE], turned, ended)
+    return Extremes(highest[_PENETRATION], highest[_FORCE], *closest)
+
+
+def _misses(
+    model: ImpactOscillator,
+    record: Record,
+    tracks: Tracks,
+    nodes: Nodes,
+    turns: _Turns,
+    end: Float[Array, "steps tracks"],
+) -> tuple[Scalar, Scalar]:
+    """Least distances from a stop: at a turn or a stand in flight, and at the end of the run."""
+    log, rates, far = record.log, nodes.rate, jnp.full_like(record.t1, jnp.inf)
+    flying = tracks.followed & (log.mode.phase == Phase.FLIGHT)[:, None]
+    turned = jnp.min(jnp.where(flying & turns.exists, -turns.level, far))
+    if has_resistance(model):
+        stands = (rates[..., -2] > 0) & _stands(model, record)[:, None]
+        turned = jnp.minimum(turned, jnp.min(jnp.where(flying & stands, -end, far)))
+    final = (log.event == NO_EVENT) & (log.h >= record.t1 - log.t)
+    approaches = (rates[..., -1] > 0) & final[:, None]
+    return turned, jnp.min(jnp.where(flying & approaches, -end, far))
 
 
 def _stands(model: ImpactOscillator, record: Record) -> Bool[Array, " steps"]:

@@ -85,8 +85,8 @@ def impacts_of(
     record: Record,
     factors: Factors | None,
 ) -> Impacts:
-    """The impact log of a lane, with `max_impacts` rows; the nearest miss is infinite unless
-    `misses`.
+    """The impact log of a lane, with `max_impacts` rows. Nearest misses are looked for if `misses`;
+    otherwise they are infinite, and magnify no errors.
     """
     ends = jax.vmap(lambda path, log: _read(model, path, log))(path, record.log)
     number = jnp.cumsum(ends.begins, dtype=jnp.int32) - 1

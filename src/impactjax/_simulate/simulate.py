@@ -109,7 +109,7 @@ def simulate_logged(
     factors: Numbers | None,
 ) -> Trajectory:
     """Variant of `simulate`. The impact log is computed, without derivatives, if `logged` is true
-    when the program runs; otherwise it is zero. No nearest miss is computed.
+    when the program runs; otherwise it is zero. Nearest misses are not looked for.
     """
     check_kind("model", model, ImpactOscillator, "ImpactOscillator(Pendulum(13.0))")
     check_kind("chatter", chatter, Chatter, "Chatter(below=1e-3)")

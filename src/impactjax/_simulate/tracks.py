@@ -61,7 +61,7 @@ def nodes_of(
     step: AbstractStep, model: ImpactOscillator, path: Path, record: Record, tracks: Tracks
 ) -> Nodes:
     """The ends of the parts of each step, and one more node between which two turns may be hidden:
-    where a rate of one sign comes closest to zero, by interpolation.
+    where a rate of one sign comes closest to zero, by the polynomial through all.
     """
     model, path = jax.lax.stop_gradient((model, path))
     ends = jnp.arange(_PARTS + 1, dtype=path.t.dtype) / _PARTS
