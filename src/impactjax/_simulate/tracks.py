@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 from numpy.polynomial import chebyshev
 
-from impactjax._hybrid.chunks import CHUNK, map_rows
+from impactjax._hybrid.chunks import FEW_STEPS, map_rows
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.dip import closest_to_zero
@@ -20,7 +20,7 @@ from impactjax._simulate.state import Mode, Phase
 from impactjax._simulate.step import AbstractStep
 from impactjax._types import Scalar
 
-_PARTS = 8  # parts of a step, each with at most one turn, except for one with two
+_PARTS = 4  # parts of a step, each with at most one turn, except for one with two
 
 # The matrix by which rates at the ends of the parts become the derivatives, by the share of a
 # part, of the polynomial through them.
@@ -103,4 +103,4 @@ def _within(
 
         return jax.vmap(at)(shares * h)
 
-    return map_rows(inside, (path, record.log.mode, shares), record.passes, CHUNK)
+    return map_rows(inside, (path, record.log.mode, shares), record.passes, FEW_STEPS)
