@@ -133,6 +133,22 @@ def test_another_recording_is_predicted_but_for_its_start():
     assert found == (10, np.inf, "recording")
 
 
+def test_prior_knowledge_of_the_start_of_another_recording_is_kept():
+    """At a given restitution and speed only the first time is fitted."""
+    other, speed = bounces(0.83, 3.0, seed=2), 2.9
+    held_out = ij.prepare(
+        ij.ImpactTimes(other),
+        oscillator=ij.BouncingBall(),
+        laws=["restitution"],
+        priors={"x_dot0": ij.Normal(speed, 1e-7), "r": ij.Normal(0.3, 1e-7)},
+    )
+    (fitted,) = ij.compare(a_ball(bounces(0.8, 2.0, seed=1)), holdout=held_out)
+    r = float(fitted.estimate.value("r"))
+    late = 2 * speed / 9.80665 * np.concatenate([[0.0], np.cumsum(r ** np.arange(9))]) - other
+    assert fitted.prediction is not None
+    np.testing.assert_allclose(fitted.prediction.rms, np.std(late), rtol=1e-5)
+
+
 def swing(angle, seed):
     """A recorded pendulum on a stop, by SciPy, with a zero of its own."""
     ts, draw = np.arange(700) / 500, np.random.default_rng(seed)

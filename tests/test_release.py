@@ -122,12 +122,14 @@ def test_dropped_accelerometer_was_let_go_within_a_sample():
     ts = np.arange(200) / rate
     felt = np.where(ts < 0.2, 9.8, 0.0)
     felt[landing : landing + 5] = 150.0
-    prepared = ij.prepare(
-        ij.Recording(ts, felt, ij.ProperAcceleration()), laws=["kelvin-voigt"]
-    ).experiments["kelvin-voigt"]
-    before = prepared.priors["x_dot0"]
-    assert (before.mean, before.sigma) == pytest.approx((0.0, 9.80665 / rate))
-    assert "x_dot0" not in prepared.fixed
+    recording = ij.Recording(ts, felt, ij.ProperAcceleration())
+    own = ij.prepare(recording, laws=["restitution"]).experiment
+    assert "x_dot0" not in own.fixed
+    speed = own.priors["x_dot0"]
+    assert (speed.mean, speed.sigma) == pytest.approx((0.0, 9.80665 / rate))
+    thrown = {"x_dot0": ij.Normal(-0.7, 0.1)}
+    stated = ij.prepare(recording, laws=["restitution"], priors=thrown).experiment
+    assert stated.priors == thrown
 
 
 @pytest.mark.parametrize("held", [0.2, 0.4])
