@@ -1,5 +1,6 @@
 """Curves of special points in two parameters, at closed forms."""
 
+import dataclasses
 import functools
 
 import jax
@@ -10,6 +11,7 @@ import pytest
 
 import impactjax as ij
 from forced_systems import REST, Below, Map, ModelV
+from impactjax._response.linear import linearised
 from model_v import closed_form
 
 FREQUENCIES, AMPLITUDES = (0.79, 0.83), (0.25, 0.6)
@@ -31,11 +33,16 @@ def only(branch, kind):
     return found
 
 
-def test_grazing_in_two_parameters():
+@pytest.mark.parametrize("rounding", [0.0, 1e-16])
+def test_grazing_in_two_parameters(rounding):
     """The amplitude at which the forced motion without impacts reaches the stop."""
     special = only(branch_of(0.81, 0.36, (0.3, 0.37)), "grazing")
+    linear = special.orbit.linear
+    linear = linearised(linear.cycle, linear.unknowns + rounding)
+    special = special._replace(orbit=dataclasses.replace(special.orbit, linear=linear))
     found = ij.special_curve(special, frequency, FREQUENCIES, AMPLITUDES)
     assert found.complete
+    assert found.ends == ("end of the range", "end of the range")
     assert list(found.second[[0, -1]]) == list(FREQUENCIES)
     square = (1 - found.second**2) ** 2 + (0.04 * found.second) ** 2
     np.testing.assert_allclose(found.first, np.sqrt(square), rtol=1e-12)
@@ -62,11 +69,26 @@ def test_curve_from_an_end_of_its_range():
     assert found.second[0] == 0.81
 
 
+def test_curve_that_leaves_the_first_range():
+    special = only(branch_of(0.81, 0.36, (0.3, 0.37)), "grazing")
+    found = ij.special_curve(special, frequency, FREQUENCIES, (0.3, 0.36))
+    assert found.ends == ("end of the first range", "end of the range")
+    assert found.first[0] == pytest.approx(0.36, abs=1e-4)
+
+
+def test_curve_of_few_points():
+    special = only(branch_of(0.81, 0.36, (0.3, 0.37)), "grazing")
+    found = ij.special_curve(special, frequency, FREQUENCIES, AMPLITUDES, max_points=2)
+    assert found.ends == ("largest number of points", "largest number of points")
+    assert not found.complete
+    assert len(found.first) == 5
+
+
 def test_period_doubling_in_two_parameters():
     special = only(branch_of(0.81, 0.36, (0.3, 0.37)), "period doubling")
     found = ij.special_curve(special, frequency, FREQUENCIES, AMPLITUDES)
     assert found.second[-1] == FREQUENCIES[1]
-    assert not found.complete  # the doubling ends where it meets the grazing
+    assert found.ends == ("grazing", "end of the range")
     border = closed_form(repr(float(found.second[0])), 2)
     assert 0 < found.first[0] - border.amplitude(0) < 1e-6
     for index, (first, second) in enumerate(zip(found.first, found.second, strict=True)):

@@ -9,6 +9,7 @@ from impactjax._response.linear import Cycle, Linear, Vector, linearised
 _ITERATIONS = 40
 _SMALL = 1e-8  # a step after which the equations are solved to rounding: the next is its square
 _LEAST_FACTOR = 1 / 128
+_ROUNDING = 1e-10  # size of a state, relative to its response to others, that counts as zero
 _DURATION_LEFT = 0.1  # least share of a duration that a step leaves
 
 
@@ -35,11 +36,17 @@ class Found(NamedTuple):
 def sizes_of(linear: Linear, parameter: float) -> Vector:
     """A size of each unknown: the period for times, the largest value on the orbit for a state (or
     that of its rate in a radian of the force), and `parameter` for the parameter.
+
+    A state whose values are zero to rounding at all events, as that of a grazing, has the size of
+    its response to changes of the other states, and of the start by a radian.
     """
     pieces, arcs = linear.pieces, linear.cycle.arcs(linear.unknowns)
     radian = linear.period / (2 * np.pi * linear.cycle.multiple)
     values = [np.abs(arcs.y), np.abs(pieces.before), np.abs(pieces.rate) * radian]
     state = np.max(np.concatenate(values), axis=0)
+    slopes = np.abs(pieces.slopes[:, 1 : 1 + state.size, : 1 + state.size])
+    response = np.max(slopes @ np.append(radian, state), axis=0)
+    state = np.where(state > _ROUNDING * response, state, response)
     state = np.where(state > 0, state, 1.0)
     row = np.concatenate([[linear.period], state, [linear.period]])
     return np.append(np.tile(row, linear.cycle.segments), parameter)
