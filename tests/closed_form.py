@@ -79,6 +79,9 @@ class ClosedForm(AbstractProblem):
     def misfit(self, residuals):
         return jnp.zeros_like(residuals[0])
 
+    def exceeds_noise(self, residuals, impacts):
+        return jnp.zeros((), bool)
+
     @property
     def log_units(self):
         return jnp.zeros(())

@@ -10,6 +10,7 @@ from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.enlarge import enlarged
 from impactjax._compare.fit_models import Each, Progress, Settings, fit_models, ranked
 from impactjax._compare.holdout import fitted_part, prediction, prediction_of_another, share_of
+from impactjax._compare.outliers_of_fit import without_outliers
 from impactjax._compare.prepare import Prepared
 from impactjax._compare.scattering import explains_more, with_intervals
 from impactjax._fit.fit import check_search
@@ -34,15 +35,16 @@ def compare(
     """Fits of several models to one recording, ranked, with intervals from profile likelihoods.
 
     A model that contains others as special cases is fitted after them; its searches also start from
-    their results. If the best fit held a parameter of the sensor or of a stop that the record asks
-    for (`left_out`), and its experiment does not list it in `fixed`, all models are fitted again
-    with it, and a note says so; likewise with dry friction, where `prepare` found that nobody
-    decided about it, if it lowers the criterion by 10 or more, and more than those parameters do.
-    If it lowers it by less, the best model is ranked with and without friction. A change that
-    scatter of restitution from impact to impact explains better is not made. If the experiment of
-    the best model does not state scatter, it is fitted to all models that do not state it. They
-    keep it if it lowers the criterion of the best one. If it does not, or by less than 10, and from
-    four impacts on, the intervals hold those with and without it.
+    their results. Samples whose residuals in the best fit jump away from those beside them are left
+    out, and all models fitted again. If the best fit held a parameter of the sensor or of a stop
+    that the record asks for (`left_out`), and its experiment does not list it in `fixed`, all
+    models are fitted again with it, and a note says so; likewise with dry friction, where `prepare`
+    found that nobody decided about it, if it lowers the criterion by 10 or more, and more than
+    those parameters do. If it lowers it by less, the best model is ranked with and without
+    friction. A change that scatter of restitution from impact to impact explains better is not
+    made. If the experiment of the best model does not state scatter, it is fitted to all models
+    that do not state it. They keep it if it lowers the criterion of the best one. If it does not,
+    or by less than 10, and from four impacts on, the intervals hold those with and without it.
 
     **Arguments:**
 
@@ -81,6 +83,10 @@ def compare_by(
     settings = Settings(starts, optimiser, search, progress, each)
     fits, said = fit_models(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
+        cleaned = without_outliers(own, fits, settings)
+        if cleaned is not None:
+            own, fits, sentence = cleaned
+            said.append(sentence)
         change = enlarged(own, fits, may_rub, settings)
         if change is None or not explains_more(fits, change.fits, own, search):
             break

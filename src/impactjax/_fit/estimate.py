@@ -45,6 +45,8 @@ class Estimate(eqx.Module, Generic[Posed]):
     - `memory`: order of the residuals' autoregression; 0 if they are independent.
     - `lasting`: true if the residuals are autocorrelated over longer times than in the noise model.
       Errors and intervals are then too small, and no parameter is identified.
+    - `exceeds_noise`: true if the residuals are larger at impacts than elsewhere, by a factor of 2,
+      or than the stated noise, by 1.5: law or sensor is wrong, and no parameter is identified.
     - `low`, `high`: ends of the 95 % interval; the end of the range, or infinity, if that side is
       open; NaN if the profile could not be completed.
     - `covariance`: covariance matrix of the values.
@@ -75,6 +77,7 @@ class Estimate(eqx.Module, Generic[Posed]):
     freedom: Float[AnyArray, "..."]
     memory: Int[AnyArray, "..."]
     lasting: Bool[AnyArray, "..."]
+    exceeds_noise: Bool[AnyArray, "..."]
     low: PerParameter
     high: PerParameter
     covariance: Float[AnyArray, "... parameters parameters"]
@@ -142,6 +145,11 @@ class Estimate(eqx.Module, Generic[Posed]):
         if float(self.misfit) > 0:
             return f"misses the record: {100 * float(self.misfit):.0f} % of its motion is left"
         return "converged"
+
+    @property
+    def doubtful(self) -> Bool[AnyArray, "..."]:
+        """True if the residuals are not the noise that intervals assume: no value is identified."""
+        return self.lasting | self.exceeds_noise
 
     @property
     def independent_observations(self) -> float:

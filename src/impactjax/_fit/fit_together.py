@@ -127,6 +127,7 @@ def of_experiment(estimate: Estimate[JointProblem], index: int) -> Estimate[Prob
         freedom=estimate.freedom,
         memory=problem.noise.order(problem.loss.score(residuals), count),
         lasting=estimate.lasting,
+        exceeds_noise=estimate.exceeds_noise,
         low=estimate.low[places],
         high=estimate.high[places],
         covariance=estimate.covariance[places][:, places],

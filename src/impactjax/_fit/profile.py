@@ -34,7 +34,7 @@ def profiled(
 
     If the search for an end cannot continue, because the simulation fails there, a lower minimum
     appears or the limit is not found, the end is NaN and the verdict `UNDECIDED`; it is also that
-    of a bounded parameter if the correlation of the residuals is `lasting`. A standard error that
+    of a bounded parameter of an estimate that is `doubtful`. A standard error that
     differs from the interval by a factor of 1.5 or more is replaced by that of the interval. An
     estimate that is not `usable`, or has scatter from impact to impact, is returned unchanged: the
     intervals of the latter are integrals over the size of the scatter.
@@ -66,8 +66,8 @@ def profiled_by(
     low, high = around.coordinates.interval(low, high)
     both = [a.bounded and b.bounded for a, b in zip(below, above, strict=True)]
     errors, covariance = _agreeing(estimate, np.where(both, high - low, 0))
-    lasting = bool(estimate.lasting)
-    found = [_verdict(a, b, lasting) for a, b in zip(below, above, strict=True)]
+    doubtful = bool(estimate.doubtful)
+    found = [_verdict(a, b, doubtful) for a, b in zip(below, above, strict=True)]
     verdicts = np.array(found, np.int32)
     return eqx.tree_at(
         lambda each: (each.low, each.high, each.verdicts, each.standard_errors, each.covariance),
@@ -97,9 +97,9 @@ def _agreeing(estimate: Estimate[P], widths: np.ndarray) -> tuple[np.ndarray, np
     return errors * ratios, finite
 
 
-def _verdict(below: Walk, above: Walk, lasting: bool) -> Verdict:
+def _verdict(below: Walk, above: Walk, doubtful: bool) -> Verdict:
     both = below.bounded and above.bounded
-    if below.failed or above.failed or (both and lasting):
+    if below.failed or above.failed or (both and doubtful):
         return Verdict.UNDECIDED
     kinds = (Verdict.NOT_IDENTIFIED, Verdict.ONE_SIDED, Verdict.IDENTIFIED)
     return kinds[below.bounded + above.bounded]

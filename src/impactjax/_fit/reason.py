@@ -28,6 +28,7 @@ class Reason(AbstractCode):
         "the residuals are autocorrelated over longer times than the noise model covers",
     )
     PROFILE_STOPPED = 9, "the search for an end of its interval failed"
+    EXCEEDS_NOISE = 10, "the residuals at impacts, or all of them, are larger than the noise"
 
 
 def reasons(estimate: "Estimate[P]") -> Int[AnyArray, "... parameters"]:
@@ -37,12 +38,14 @@ def reasons(estimate: "Estimate[P]") -> Int[AnyArray, "... parameters"]:
     below = estimate.low > xp.asarray([allowed.low for allowed in ranges])
     sides = xp.where(below, Reason.OPEN_ABOVE, Reason.OPEN_BELOW)
     unknown = xp.isnan(estimate.low) | xp.isnan(estimate.high)
+    undecided = estimate.verdicts == Verdict.UNDECIDED
     cases = (
         (~estimate.converged[..., None], Reason.NOT_CONVERGED),
         (estimate.misfit[..., None] > 0, Reason.MISSES_RECORD),
         (~xp.isfinite(estimate.standard_errors), Reason.NO_TRACE),
         (unknown, Reason.PROFILE_STOPPED),
-        (estimate.verdicts == Verdict.UNDECIDED, Reason.LASTING_CORRELATION),
+        (undecided & estimate.exceeds_noise[..., None], Reason.EXCEEDS_NOISE),
+        (undecided, Reason.LASTING_CORRELATION),
         (estimate.verdicts == Verdict.IDENTIFIED, Reason.BOUNDED),
         (estimate.verdicts == Verdict.ONE_SIDED, sides),
     )

@@ -143,6 +143,8 @@ def _estimate(estimate: Estimate[Problem], found: _Found, point: Around) -> Esti
     outcome = outcome.astype(np.int32)
     usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = problem.noise.lasts(residuals, n)
+    exceeds_noise = problem.exceeds_noise(residuals, point.impacts)
+    doubtful = lasting | exceeds_noise
     axes = straight(problem)
     values, (low, high) = axes.values(found.values), axes.interval(found.low, found.high)
     slopes = axes.slopes(values)
@@ -167,7 +169,8 @@ def _estimate(estimate: Estimate[Problem], found: _Found, point: Around) -> Esti
         high=interval.high,
         covariance=covariance,
         lasting=lasting,
-        verdicts=verdicts(interval.below & usable, interval.above & usable, lasting),
+        exceeds_noise=exceeds_noise,
+        verdicts=verdicts(interval.below & usable, interval.above & usable, doubtful),
         residuals=residuals,
         jacobian=point.jacobian / slopes,
         impacts=point.impacts,

@@ -80,6 +80,8 @@ def summarise(problem: P, minimum: Minimum, start_costs: AnyArray) -> Estimate[P
     missed = problem.misfit(residuals)
     usable = (outcome == Outcome.CONVERGED) & (missed == 0)
     lasting = noise.lasts(scores, n)
+    exceeds_noise = problem.exceeds_noise(residuals, minimum.answer.impacts)
+    doubtful = lasting | exceeds_noise
     likelihood = -(n * xp.log(2 * np.pi * size) + squares / size) / 2 - problem.log_units
     likelihood = xp.where(simulated, likelihood - rows.squares / 2, -xp.inf)
     found = p + problem.sizes_found
@@ -94,7 +96,8 @@ def summarise(problem: P, minimum: Minimum, start_costs: AnyArray) -> Estimate[P
         freedom=freedom,
         memory=noise.order(scores, n),
         lasting=lasting,
-        verdicts=verdicts(interval.below & usable, interval.above & usable, lasting),
+        exceeds_noise=exceeds_noise,
+        verdicts=verdicts(interval.below & usable, interval.above & usable, doubtful),
         residuals=residuals,
         jacobian=jacobian,
         impacts=minimum.answer.impacts,
@@ -134,12 +137,12 @@ def _ends(problem: AbstractProblem, like: AnyArray) -> tuple[AnyArray, AnyArray]
     return np.array(low, like.dtype), np.array(high, like.dtype)
 
 
-def verdicts(below: AnyArray, above: AnyArray, lasting: AnyArray) -> AnyArray:
+def verdicts(below: AnyArray, above: AnyArray, doubtful: AnyArray) -> AnyArray:
     """Verdicts on parameters, from masks of those bounded from below and from above. None is
-    identified if the residuals are autocorrelated over longer times than in their noise model.
+    identified in a doubtful estimate.
     """
-    xp = namespace(below, above, lasting)
-    bounded = xp.where(lasting, Verdict.UNDECIDED, Verdict.IDENTIFIED)
+    xp = namespace(below, above, doubtful)
+    bounded = xp.where(doubtful, Verdict.UNDECIDED, Verdict.IDENTIFIED)
     both = xp.where(below & above, bounded, Verdict.ONE_SIDED)
     return xp.where(below | above, both, Verdict.NOT_IDENTIFIED).astype(np.int32)
 
@@ -167,7 +170,7 @@ def holding(estimate: Estimate[P], low: AnyArray, high: AnyArray) -> Estimate[P]
     high = np.where(silent, estimate.high, np.maximum(estimate.high, high))
     usable = estimate.usable
     below, above = usable & (low > lowest), usable & (high < highest)
-    found = verdicts(below, above, estimate.lasting)
+    found = verdicts(below, above, estimate.doubtful)
     unknown = usable & (np.isnan(low) | np.isnan(high))
     quantile = special.stdtrit(estimate.freedom, 0.975)
     with np.errstate(invalid="ignore"):  # an open interval of a value without an error

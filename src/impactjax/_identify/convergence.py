@@ -11,10 +11,10 @@ _APART = 1.01  # R-hat above which chains have not mixed
 _FEW = 400  # effective sample size below which R-hat and quantiles are uncertain
 
 
-def diagnosis(tree: "xarray.DataTree", lasting: bool) -> str:
+def diagnosis(tree: "xarray.DataTree", doubtful: bool) -> str:
     """Convergence of the chains of a posterior in words.
 
-    - `lasting`: true if the residuals are autocorrelated over longer times than in their model.
+    - `doubtful`: as of the estimate.
 
     Source: A. Vehtari et al. (2021), "Rank-normalization, folding, and localization: an improved
     R-hat", Bayesian Analysis 16, 667, for R-hat and for the limits.
@@ -45,9 +45,9 @@ def diagnosis(tree: "xarray.DataTree", lasting: bool) -> str:
             "Warning: after divergences the draws may miss a part of the posterior: compare with "
             "the profile."
         )
-    if lasting:
+    if doubtful:
         said.append(
             "Warning: the residuals are autocorrelated over longer times than in the noise model, "
-            "so that the posterior is too narrow."
+            "or larger than the noise, so that the posterior is too narrow."
         )
     return " ".join(said)

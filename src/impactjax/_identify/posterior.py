@@ -173,5 +173,5 @@ def _tree(estimate: Estimate[P], density: Density, draws: Draws) -> "xarray.Data
     )
     for name, unit in zip(names, estimate.units, strict=True):
         tree["posterior"].dataset[name].attrs["unit"] = unit
-    tree.attrs["diagnosis"] = diagnosis(tree, bool(estimate.lasting))
+    tree.attrs["diagnosis"] = diagnosis(tree, bool(estimate.doubtful))
     return tree

@@ -85,8 +85,8 @@ def predicted(
     axis = Axis(centre, error, False, anything, anything)
     known = (not walks[0].failed, not walks[1].failed)
     parameters = (estimate.names, values_along(refits, found))
-    lasting = bool(estimate.lasting)
-    return profile_along(name, axis, found, span, limit**2, known, parameters, lasting=lasting)
+    doubtful = bool(estimate.doubtful)
+    return profile_along(name, axis, found, span, limit**2, known, parameters, doubtful=doubtful)
 
 
 def _errors(estimate: Estimate[P], refits: Refits, u: Rows, slopes: Rows) -> tuple[float, float]:

@@ -65,7 +65,7 @@ def profile_along(
     known: tuple[bool, bool],
     parameters: tuple[tuple[str, ...], Float[np.ndarray, "points parameters"]],
     *,
-    lasting: bool,
+    doubtful: bool,
 ) -> Profile:
     """The profile of a quantity from points along its axis.
 
@@ -75,7 +75,7 @@ def profile_along(
     - `span`: the part of the curve, with the rise of the cost at `threshold`.
     - `known`: for each end of the curve, true if the profile is open there unless it crosses.
     - `parameters`: names and values of all parameters at the points.
-    - `lasting`: as in `Estimate`.
+    - `doubtful`: as in `Estimate`.
     """
     costs = np.where(np.isfinite(knots.cost), knots.cost, np.nan)
     rise = threshold * (costs - span.lowest) / span.unit
@@ -86,7 +86,7 @@ def profile_along(
     if axis.allowed.power < 0:
         at, rise, values = at[::-1], rise[::-1], values[::-1]
         ends = type(ends)(-ends.high, -ends.low)
-    shape = shape_of(rise, ends, lasting=lasting)
+    shape = shape_of(rise, ends, doubtful=doubtful)
     if shape is ProfileShape.SEVERAL_MINIMA and np.nanmin(rise) < -1:
         low = high = np.nan
     unit = axis.allowed.unit

@@ -71,18 +71,17 @@ def has_several_minima(rise: Values) -> bool:
     return False
 
 
-def shape_of(rise: Values, ends: Crossings, *, lasting: bool) -> ProfileShape:
+def shape_of(rise: Values, ends: Crossings, *, doubtful: bool) -> ProfileShape:
     """The shape of a profile.
 
     **Arguments:**
 
-    - `lasting`: true if the residuals are correlated over longer times than in the noise model, so
-      that no interval can be relied on.
+    - `doubtful`: as in `Estimate`: no interval can be relied on.
     """
     if has_several_minima(rise):
         return ProfileShape.SEVERAL_MINIMA
     below, above = np.isfinite(ends.low), np.isfinite(ends.high)
-    if np.isnan(ends.low) or np.isnan(ends.high) or (below and above and lasting):
+    if np.isnan(ends.low) or np.isnan(ends.high) or (below and above and doubtful):
         return ProfileShape.UNDECIDED
     if below and above:
         return ProfileShape.BOUNDED

@@ -87,9 +87,9 @@ def _profile(
     values = values_along(refits, knots)
     values[:, estimate.names.index(name)] = begin.axis.value(knots.x)
     parameters = (estimate.names, values)
-    lasting = bool(estimate.lasting)
+    doubtful = bool(estimate.doubtful)
     rest = (begin.span, limit**2, begin.known, parameters)
-    return profile_along(name, begin.axis, knots, *rest, lasting=lasting)
+    return profile_along(name, begin.axis, knots, *rest, doubtful=doubtful)
 
 
 def check_profiled(estimate: Estimate[P], points: int, optimiser: LevenbergMarquardt) -> None:

@@ -119,6 +119,12 @@ class AbstractProblem(eqx.Module):
     def misfit(self, residuals: Residuals) -> Number:
         """Unexplained share of the recorded motion if the model plainly misses it; else 0."""
 
+    @abc.abstractmethod
+    def exceeds_noise(self, residuals: Residuals, impacts: ImpactLog) -> Bool[AnyArray, ""]:
+        """True if the residuals of a fit are larger at its impacts than elsewhere, or larger than
+        the stated noise. Its intervals then cannot be relied on.
+        """
+
     @property
     @abc.abstractmethod
     def log_units(self) -> Number:

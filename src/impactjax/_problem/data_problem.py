@@ -8,14 +8,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from impactjax._known import AnyArray, namespace
 from impactjax._optimise.linearisation import Vector
 from impactjax._parameter import plain
 from impactjax._problem.abstract_problem import Answer, Number
 from impactjax._problem.loss import AbstractLoss, Squares
-from impactjax._problem.misfit import misfit
+from impactjax._problem.misfit import exceeds_noise, misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._problem.parameters import Handle, with_values
 from impactjax._problem.parts import parameters_of
@@ -121,6 +121,11 @@ class DataProblem(AbstractSingleProblem[Part]):
         valid, xp = plain(self.valid), namespace(scaled, self.valid)
         mean = xp.sum(xp.where(valid, scaled, 0.0)) / xp.sum(valid).astype(scaled.dtype)
         return misfit(xp.sum(xp.where(valid, scaled - mean, 0.0) ** 2), residuals)
+
+    def exceeds_noise(self, residuals: Residuals, impacts: ImpactLog) -> Bool[AnyArray, ""]:
+        del impacts
+        none = namespace(residuals).zeros(residuals.shape, bool)
+        return exceeds_noise(residuals, plain(self.valid), none, self.variance())
 
     @property
     def log_units(self) -> Number:

@@ -118,6 +118,18 @@ class JointProblem(AbstractProblem):
         xp = namespace(each)
         return xp.max(xp.stack(each))
 
+    def exceeds_noise(
+        self, residuals: Float[AnyArray, " observations"], impacts: ImpactLog
+    ) -> Bool[AnyArray, ""]:
+        """True if those of one recording do."""
+        logs = [jax.tree.map(lambda x, i=i: x[i], impacts) for i in range(len(self.problems))]
+        each = [
+            problem.exceeds_noise(self.share(i, residuals), log)
+            for i, (problem, log) in enumerate(zip(self.problems, logs, strict=True))
+        ]
+        xp = namespace(each)
+        return xp.any(xp.stack(each))
+
     @property
     def log_units(self) -> Number:
         each = [

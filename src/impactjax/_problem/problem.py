@@ -11,9 +11,10 @@ from jaxtyping import ArrayLike, Bool, Float
 
 from impactjax._known import AnyArray, namespace, placed
 from impactjax._optimise.minimiser import Vector
+from impactjax._parameter import plain
 from impactjax._problem.abstract_problem import Answer, Number
 from impactjax._problem.loss import AbstractLoss, Squares
-from impactjax._problem.misfit import misfit
+from impactjax._problem.misfit import exceeds_noise, misfit
 from impactjax._problem.noise import AbstractNoise, AutoregressiveNoise
 from impactjax._problem.padding import padded_size
 from impactjax._problem.parameters import Handle, handles, replaced
@@ -22,6 +23,7 @@ from impactjax._problem.scatter import AbstractScatter, NoScatter
 from impactjax._problem.single_problem import AbstractSingleProblem
 from impactjax._record.abstract_recording import AbstractRecording, Residuals, Valid
 from impactjax._sensor.system import System
+from impactjax._simulate.impact_log import ImpactLog
 from impactjax._simulate.simulation import Simulation
 from impactjax._types import Factors, Flag, Scalar
 
@@ -84,6 +86,10 @@ class Problem(AbstractSingleProblem[System]):
 
     def misfit(self, residuals: Residuals) -> Number:
         return misfit(self.recording.variation(), residuals)
+
+    def exceeds_noise(self, residuals: Residuals, impacts: ImpactLog) -> Bool[AnyArray, ""]:
+        at_impacts = self.recording.at_impacts(impacts, self.system.sensor.delay)
+        return exceeds_noise(residuals, plain(self.valid), at_impacts, self.variance())
 
     def padded(self) -> "Problem":
         recording = self.recording.padded(padded_size(self.valid.shape[-1]))

@@ -157,8 +157,21 @@ class AbstractRecording(eqx.Module):
         """The recording with rows subtracted from the observations; residuals grow by them."""
 
     @abc.abstractmethod
-    def outliers(self) -> Valid:
-        """Mask of the samples that jump away from the motion and back."""
+    def outliers(self, residuals: Residuals | None = None) -> Valid:
+        """Mask of the samples that jump away from the motion and back, or of those whose residuals
+        do.
+        """
+
+    @abc.abstractmethod
+    def at_impacts(self, impacts: ImpactLog, delay: Number) -> Valid:
+        """Mask of the samples during impacts, and of two before and after each; none of impacts
+        that are themselves observed.
+
+        **Arguments:**
+
+        - `impacts`: impacts of the system.
+        - `delay`: time from the motion to its record [s].
+        """
 
     @abc.abstractmethod
     def within(self, share: float) -> Valid:

@@ -160,7 +160,12 @@ class ImpactTimes(AbstractRecording):
     def shifted(self, rows: Residuals) -> "ImpactTimes":
         return eqx.tree_at(lambda each: each.times, self, self.times - rows)
 
-    def outliers(self) -> Valid:
+    def outliers(self, residuals: Residuals | None = None) -> Valid:
+        del residuals
+        return np.zeros(self.valid.shape, bool)
+
+    def at_impacts(self, impacts: ImpactLog, delay: Number) -> Valid:
+        del impacts, delay
         return np.zeros(self.valid.shape, bool)
 
     def within(self, share: float) -> Valid:

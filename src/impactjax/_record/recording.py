@@ -38,6 +38,7 @@ from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Flag, Numbers, Samples
 
 _HELD = "A hand seems to hold or push at first"
+_BESIDE = 2  # samples before and after an impact that may show it
 _PADDING = 0.02  # spacing of padding samples, relative to that of the others
 
 
@@ -169,8 +170,20 @@ class Recording(AbstractRecording):
     def shifted(self, rows: Residuals) -> "Recording":
         return eqx.tree_at(lambda each: each.values, self, self.values - rows)
 
-    def outliers(self) -> Valid:
-        return outliers(np.asarray(self.values), np.asarray(self.valid), self.quantity)
+    def outliers(self, residuals: Residuals | None = None) -> Valid:
+        values = self.values if residuals is None else residuals
+        return outliers(np.asarray(values), np.asarray(self.valid), self.quantity)
+
+    def at_impacts(self, impacts: ImpactLog, delay: Number) -> Valid:
+        ts = plain(self.ts)
+        xp = namespace(ts, impacts, delay)
+        begin = xp.where(impacts.happened, impacts.time, xp.inf) + delay
+        end = xp.where(impacts.complete, begin + impacts.duration, xp.inf)
+        ahead, behind = ts[_BESIDE:], ts[:-_BESIDE]
+        ahead = xp.pad(ahead, (0, _BESIDE), constant_values=np.inf)
+        behind = xp.pad(behind, (_BESIDE, 0), constant_values=-np.inf)
+        touches = (ahead[:, None] >= begin) & (behind[:, None] <= end) & xp.isfinite(begin)
+        return xp.any(touches, axis=-1)
 
     def within(self, share: float) -> Valid:
         ts = plain(self.ts)

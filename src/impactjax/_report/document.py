@@ -225,6 +225,7 @@ def _residuals(estimate: Estimate[Problem]) -> dict[str, Any]:
         "independent": bool(found.independent),
         "autoregression_order": int(estimate.memory),
         "lasting_correlation": bool(estimate.lasting),
+        "exceeds_noise": bool(estimate.exceeds_noise),
         "autocorrelation": [json_number(v) for v in np.asarray(found.autocorrelation)],
         "band": json_number(found.band),
         "portmanteau": json_number(found.portmanteau),

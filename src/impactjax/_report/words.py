@@ -48,7 +48,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     found += [str(prior) for prior in best.estimate.priors.values()]
     found += _open_sides(best)
     found += _across(fits)
-    found += _lasting(best.estimate)
+    found += _doubts(best.estimate)
     found += _scatter(best.estimate)
     told = identifiability(best.estimate)
     if not all(each.determined for each in findings(told)):
@@ -215,15 +215,24 @@ def _across(fits: Sequence[Fitted]) -> list[str]:
     ]
 
 
-def _lasting(estimate: Estimate[Problem]) -> list[str]:
-    """Sentence on residuals that are autocorrelated over longer times than in their noise model."""
-    if not bool(estimate.lasting):
-        return []
-    return [
-        "The residuals are autocorrelated over longer times than the noise model covers: the law "
-        "or the sensor is slightly wrong, and the intervals are too narrow by an unknown factor. "
-        "No parameter is identified."
-    ]
+def _doubts(estimate: Estimate[Problem]) -> list[str]:
+    """Sentences on residuals that are autocorrelated over longer times than in their noise model,
+    or larger than the noise. Those on stated noise have their own (`_beyond_the_noise`).
+    """
+    found = []
+    if bool(estimate.lasting):
+        found.append(
+            "The residuals are autocorrelated over longer times than the noise model covers: the "
+            "law or the sensor is slightly wrong, and the intervals are too narrow by an unknown "
+            "factor. No parameter is identified."
+        )
+    if bool(estimate.exceeds_noise):
+        found.append(
+            "The residuals are larger than the noise at impacts, or everywhere: neither the law "
+            "nor the sensor (`--free cutoff` fits a low-pass) describes the record, and values may "
+            "be off by more than their intervals. No parameter is identified."
+        )
+    return found
 
 
 def _scatter(estimate: Estimate[Problem]) -> list[str]:

@@ -1,0 +1,50 @@
+"""Outliers beside impacts, which only the residuals of a fit show."""
+
+import numpy as np
+
+import impactjax as ij
+from reference import ball, simulate_rigid
+
+TS, SIZE, TRUTH = np.arange(700) / 500, 0.02, 0.7  # noise of a velocity [m/s], and restitution
+
+
+def recorded(wrong):
+    """Velocity of a ball by SciPy; `wrong` samples are off by 1 m/s."""
+    motion = simulate_rigid(ball(), [0.4, 0.0], TS, lambda speed: TRUTH)
+    values = motion.velocity + SIZE * np.random.default_rng(5).standard_normal(len(TS))
+    values[wrong] += 1.0
+    return ij.Recording(TS, values, ij.Velocity())
+
+
+def compared(recording):
+    prepared = ij.prepare(
+        recording, oscillator=ij.BouncingBall(), laws=["restitution"], fixed={"x_dot0": 0.0}
+    )
+    return ij.compare(prepared, starts=ij.Starts(4))
+
+
+def test_wrong_samples_beside_impacts_are_left_out():
+    """The motion is fast there: of the record alone they are no outliers."""
+    impacts = simulate_rigid(ball(), [0.4, 0.0], TS, lambda speed: TRUTH).impact_times
+    wrong = np.searchsorted(TS, impacts[:3]) - 3
+    recording = recorded(wrong)
+    assert not np.any(recording.outliers())
+    found = compared(recording)
+    assert "3 of 700 samples are far from the best fit, and left out." in found.notes
+    r = found.best.estimate["r"]
+    assert r.verdict is ij.Verdict.IDENTIFIED
+    assert r.low < TRUTH < r.high
+    used = np.asarray(found.best.estimate.problem.recording.valid)
+    np.testing.assert_array_equal(np.flatnonzero(~used), wrong)
+
+
+def test_clean_record_is_kept_whole():
+    found = compared(recorded([]))
+    assert not any("far from the best fit" in note for note in found.notes)
+    assert np.all(found.best.estimate.problem.recording.valid)
+
+
+def test_impacts_that_are_observed_have_no_outliers():
+    """An impact time that is wrong may be a missed impact."""
+    times = ij.ImpactTimes(np.array([0.1, 0.5, 0.8, 1.0]))
+    assert not np.any(times.outliers(np.array([0.0, 1.0, 0.0, 0.0])))
