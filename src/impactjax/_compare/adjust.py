@@ -4,7 +4,11 @@ import numpy as np
 
 from impactjax._compare.oscillators import with_known
 from impactjax._compare.setup import PHASE, Setup
-from impactjax._compare.unstated_sensor import with_unstated_instrument, with_unstated_sensor
+from impactjax._compare.unstated_sensor import (
+    with_possible_low_pass,
+    with_unstated_instrument,
+    with_unstated_sensor,
+)
 from impactjax._first_look.first_look import FirstLook
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._problem.prior import Normal
@@ -39,6 +43,8 @@ def adjusted(
         setup = with_unstated_instrument(recording, setup, said)
     elif _hits(recording, look):
         setup = with_unstated_sensor(recording, look, setup, said)
+    elif not recording.observes_impacts:
+        setup = with_possible_low_pass(recording, setup, said)
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)
     if PHASE in setup.free and PHASE not in setup.start and look.phase is not None:

@@ -17,6 +17,7 @@ from impactjax._number_format import with_error, with_unit
 from impactjax._problem.experiment import Experiment
 from impactjax._problem.parameters import handles
 from impactjax._problem.problem import Problem
+from impactjax._sensor.low_pass import Butterworth
 
 _MOVED = 1.0  # change of a value, in standard errors, that is worth a word
 
@@ -59,6 +60,18 @@ def rubbed(experiment: Experiment) -> Experiment:
     """The experiment with dry friction."""
     dry = with_dry_friction(experiment.model.oscillator)
     return eqx.tree_at(lambda each: each.model.oscillator, experiment, dry)
+
+
+def behind(experiment: Experiment, low_pass: Butterworth) -> Experiment:
+    """The experiment with a low-pass, whose cutoff is fitted."""
+    sensor = dataclasses.replace(experiment.sensor, low_pass=low_pass)
+    return dataclasses.replace(experiment, sensor=sensor, free=(*experiment.free, "cutoff"))
+
+
+def cutoff(before: Estimate[Problem], filtered: Estimate[Problem]) -> HeldParameter:
+    """The cutoff of a low-pass that was left out, from a fit without and one with it."""
+    own, gain = filtered["cutoff"], fall(before, filtered)
+    return HeldParameter("cutoff", own.unit, math.inf, own.value, own.standard_error, gain)
 
 
 def friction(before: Estimate[Problem], dry: Estimate[Problem]) -> HeldParameter:

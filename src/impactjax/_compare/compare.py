@@ -77,7 +77,9 @@ def compare_by(
     check_search(starts, optimiser)
     given = experiments.experiments if isinstance(experiments, Prepared) else experiments
     _check(given)
-    may_rub = experiments.may_rub if isinstance(experiments, Prepared) else frozenset[str]()
+    may_rub, low_pass = frozenset[str](), None
+    if isinstance(experiments, Prepared):
+        may_rub, low_pass = experiments.may_rub, experiments.possible_low_pass
     share = share_of(holdout, [experiment.recording for experiment in given.values()])
     own = {name: _without_end(experiment, share) for name, experiment in given.items()}
     settings = Settings(starts, optimiser, search, progress, each)
@@ -87,7 +89,7 @@ def compare_by(
         if cleaned is not None:
             own, fits, sentence = cleaned
             said.append(sentence)
-        change = enlarged(own, fits, may_rub, settings)
+        change = enlarged(own, fits, may_rub, low_pass, settings)
         if change is None or not explains_more(fits, change.fits, own, search):
             break
         own, fits, sentence = change

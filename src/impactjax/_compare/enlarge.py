@@ -2,12 +2,22 @@
 
 from typing import NamedTuple
 
-from impactjax._compare.asked_for import asked_for, freed, friction, rubbed, undecided, words
+from impactjax._compare.asked_for import (
+    asked_for,
+    behind,
+    cutoff,
+    freed,
+    friction,
+    rubbed,
+    undecided,
+    words,
+)
 from impactjax._compare.comparison import Fitted
 from impactjax._compare.fit_models import Settings, fit_models, ranked
 from impactjax._compare.prepare import WITH_DRY_FRICTION
 from impactjax._compare.ranking import CLEAR, fall
 from impactjax._problem.experiment import Experiment
+from impactjax._sensor.low_pass import Butterworth
 
 
 class Enlarged(NamedTuple):
@@ -22,17 +32,43 @@ def enlarged(
     own: dict[str, Experiment],
     fits: dict[str, Fitted],
     may_rub: frozenset[str],
+    low_pass: Butterworth | None,
     settings: Settings,
 ) -> Enlarged | None:
-    """The change that the best fit asks for: parameters that it held, or dry friction if that
-    lowers the criterion more; `None` without need.
+    """The change that the best fit asks for: a low-pass, parameters that it held, or dry friction
+    if that lowers the criterion more; `None` without need.
     """
     best = ranked(fits)[0]
+    if low_pass is not None and bool(best.estimate.exceeds_noise):
+        filtered = _with_low_pass(own, fits, best, low_pass, settings)
+        if filtered is not None:
+            return filtered
     change = _with_parameters(own, fits, best, settings)
     left = best if change is None else ranked(change.fits)[0]
     if best.is_dry or best.name not in may_rub or best.name + WITH_DRY_FRICTION in own:
         return change
     return _with_friction(own, fits, may_rub, best, left, settings) or change
+
+
+def _with_low_pass(
+    own: dict[str, Experiment],
+    fits: dict[str, Fitted],
+    best: Fitted,
+    low_pass: Butterworth,
+    settings: Settings,
+) -> Enlarged | None:
+    """All models behind a low-pass; `None` if it does not lower the criterion clearly, or is there
+    already.
+    """
+    if own[best.name].sensor.low_pass is not None:
+        return None
+    wider = {name: behind(each, low_pass) for name, each in own.items()}
+    more = fit_models(wider, settings, fits)
+    if not fall(best.estimate, ranked(more)[0].estimate) >= CLEAR:
+        return None
+    after = more[best.name].estimate
+    found = cutoff(best.estimate, after)
+    return Enlarged(wider, more, words([found], best.estimate, after))
 
 
 def _with_parameters(

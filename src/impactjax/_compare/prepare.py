@@ -26,6 +26,7 @@ from impactjax._problem.parameters import Handle, handles, replaced
 from impactjax._problem.prior import Normal
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.read_recording import RecordingFile
+from impactjax._sensor.low_pass import Butterworth
 from impactjax._sensor.sensor import Sensor
 from impactjax._sensor.system import Start, System
 
@@ -42,6 +43,8 @@ class Prepared(NamedTuple):
     - `first_look`: first estimates from the recording.
     - `notes`: sentences on samples left out, a sign turned and values assumed.
     - `may_rub`: names of the experiments with a stop whose dry friction nobody decided.
+    - `possible_low_pass`: low-pass to try if the residuals without one exceed the noise; `None` if
+      it was stated, or is fitted at once.
     """
 
     name: str
@@ -49,6 +52,7 @@ class Prepared(NamedTuple):
     first_look: FirstLook
     notes: tuple[str, ...] = ()
     may_rub: frozenset[str] = frozenset()
+    possible_low_pass: Butterworth | None = None
 
     @property
     def experiment(self) -> Experiment:
@@ -124,7 +128,8 @@ def prepared(found: Survey) -> Prepared:
     notes = [*found.notes, *_separations(setup, experiments)]
     stopped = {name for name, each in experiments.items() if each.model.lower is not None}
     may_rub = frozenset(stopped if _may_rub(setup) else ())
-    return Prepared(found.name, experiments, look, tuple(notes), may_rub)
+    low_pass = setup.possible_low_pass
+    return Prepared(found.name, experiments, look, tuple(notes), may_rub, low_pass)
 
 
 def _separations(setup: Setup, experiments: Mapping[str, Experiment]) -> list[str]:

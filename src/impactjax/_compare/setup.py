@@ -47,6 +47,7 @@ class Setup(NamedTuple):
     - `laws`: laws to try; `None` if they follow from the recording.
     - `separation`: rule for the end of a contact; `None` for each law's own.
     - `upper`: second stop; none if `None`.
+    - `possible_low_pass`: low-pass to try if the residuals without one exceed the noise.
     """
 
     oscillator: AbstractOscillator
@@ -61,6 +62,7 @@ class Setup(NamedTuple):
     laws: Sequence[Law] | None = None
     separation: AbstractSeparation | None = None
     upper: Upper | None = None
+    possible_low_pass: Butterworth | None = None
 
     @property
     def known_low_pass(self) -> AbstractLowPass | None:

@@ -42,6 +42,17 @@ def with_unstated_sensor(
     return _with_low_pass(recording, setup, said)
 
 
+def with_possible_low_pass(recording: AbstractRecording, setup: Setup, said: set[str]) -> Setup:
+    """The setup with a low-pass to try, unless the user named one, or there are too few samples to
+    tell. It is not fitted at once where a force may jump between two samples, as in a record of an
+    acceleration: where there is no low-pass, its cutoff moves other parameters. Arguments are those
+    of `with_unstated_sensor`.
+    """
+    if not _may_be_filtered(recording, setup, said):
+        return setup
+    return setup._replace(possible_low_pass=Butterworth(_usual_cutoff(recording), setup.order))
+
+
 def with_unstated_instrument(recording: AbstractRecording, setup: Setup, said: set[str]) -> Setup:
     """The setup in which zero and resonance of the instrument that records a blow are fitted, those
     that nobody stated. Arguments are those of `with_unstated_sensor`.
@@ -88,11 +99,16 @@ def _with_low_pass(recording: AbstractRecording, setup: Setup, said: set[str]) -
     """The setup with a Butterworth low-pass to be fitted, unless the user named one, or there are
     too few samples to tell.
     """
-    few = len(recording.axis[0]) < _FEW
-    if few or setup.sensor.low_pass is not None or "cutoff" in said:
+    if not _may_be_filtered(recording, setup, said):
         return setup
     setup = _filtered(setup, _usual_cutoff(recording))
     return setup._replace(free=(*setup.free, "cutoff"))
+
+
+def _may_be_filtered(recording: AbstractRecording, setup: Setup, said: set[str]) -> bool:
+    """True unless the user named a low-pass, or there are too few samples to tell."""
+    few = len(recording.axis[0]) < _FEW
+    return not few and setup.sensor.low_pass is None and "cutoff" not in said
 
 
 def _usual_cutoff(recording: AbstractRecording) -> float:
