@@ -58,17 +58,21 @@ def _with_low_pass(
     settings: Settings,
 ) -> Enlarged | None:
     """All models behind a low-pass; `None` if it does not lower the criterion clearly, or is there
-    already.
+    already. It may only have led a search out of a false minimum: then that is repeated without it.
     """
     if own[best.name].sensor.low_pass is not None:
         return None
     wider = {name: behind(each, low_pass) for name, each in own.items()}
     more = fit_models(wider, settings, fits)
-    if not fall(best.estimate, ranked(more)[0].estimate) >= CLEAR:
+    after = ranked(more)[0]
+    if not fall(best.estimate, after.estimate) >= CLEAR:
         return None
-    after = more[best.name].estimate
-    found = cutoff(best.estimate, after)
-    return Enlarged(wider, more, words([found], best.estimate, after))
+    again = fit_models(own, settings, more)
+    before = again[after.name].estimate
+    if not fall(ranked(again)[0].estimate, after.estimate) >= CLEAR:
+        return Enlarged(own, again, "The search was repeated from a lower minimum.")
+    said = words([cutoff(before, after.estimate)], before, after.estimate)
+    return Enlarged(wider, more, said)
 
 
 def _with_parameters(
