@@ -7,13 +7,14 @@ from typing import NamedTuple
 
 from impactjax._check.doubts import doubts
 from impactjax._check.forecast import Forecasts, forecasts
-from impactjax._check.noise import Noise, noise_of
+from impactjax._check.noise import noise_of
 from impactjax._check.words import bounded, contacts, impacts, noise_words, read, system_words
 from impactjax._compare.survey import Statements, Survey, survey
 from impactjax._compare.typical_systems import Law
 from impactjax._model.oscillator import AbstractOscillator
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.read_recording import RecordingFile
+from impactjax._record.sample_noise import Noise
 from impactjax._sensor.sensor import Sensor
 
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from impactjax._check.noise import Noise
 from impactjax._check.stated import doubts_about_statements
 from impactjax._compare.falling import OFF, are_of_gravity, gravities
 from impactjax._compare.survey import Survey
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._record.recording import Recording
+from impactjax._record.sample_noise import Noise
 
 _UNEVEN = 0.2  # deviation of an interval from the median, relative to it
 _COARSE = 12  # samples of a flight or a swing
@@ -71,7 +71,7 @@ def _values(found: Survey, noise: Noise) -> Iterator[str]:
 
 def _computation(recording: Recording, noise: Noise, filters: bool) -> Iterator[str]:
     """Sentence on a rate that a program may have computed from places."""
-    if noise.of_differences:
+    if noise.differences:
         yield (
             f"The {recording.observed} seems to be computed from positions by differences, which "
             "smooth every impact: record the positions, or contacts seem longer than they are."

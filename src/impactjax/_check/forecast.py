@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from impactjax._check.flights import Motion
-from impactjax._check.noise import Noise
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.setup import Setup
 from impactjax._compare.survey import Survey
@@ -18,6 +17,7 @@ from impactjax._model.linear_contact import damping_ratio
 from impactjax._model.swing import AbstractSwing
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.recording import Recording
+from impactjax._record.sample_noise import Noise
 from impactjax._sensor.filtered_samples import filtered_samples
 from impactjax._sensor.low_pass import Butterworth
 

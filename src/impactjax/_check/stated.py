@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from impactjax._check.noise import Noise
 from impactjax._compare.survey import Survey
 from impactjax._model.gravity import STANDARD_GRAVITY
 from impactjax._record.recording import Recording
+from impactjax._record.sample_noise import Noise
 
 _OTHER = 3.0  # ratio of the stated noise to that of the record
 _COARSE = 4.0  # ratio of the stated step to the noise above which the steps are seen

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from impactjax._check.forecast import Forecast, Forecasts
-from impactjax._check.noise import Noise
 from impactjax._compare.named import EQUILIBRIA, SEPARATIONS
 from impactjax._compare.oscillators import OSCILLATORS
 from impactjax._compare.survey import Survey
@@ -14,6 +13,7 @@ from impactjax._model.measured_motion import MeasuredMotion
 from impactjax._number_format import with_error, with_unit
 from impactjax._parameter import ranges
 from impactjax._record.recording import Recording
+from impactjax._record.sample_noise import Noise
 from impactjax._sensor.low_pass import Butterworth
 
 _TYPICAL = {"steel on steel": 1e-4, "hard plastic or wood": 1e-3, "rubber": 5e-3}

@@ -37,6 +37,8 @@ def adjusted(
     look = _look(recording, setup)
     if not said & ({*WHERE, "theta0", "x0"} if recording.shows_place else {"gain"}):
         recording, look = _turned(recording, look, setup, notes)
+    if _is_open(recording, setup, said):
+        recording, look = _of_places(recording, look, setup, notes)
     if recording.shows_place and not said & WHERE and setup.upper is None:
         setup, look = _placed(recording, look, setup, notes)
     if look.is_blow:
@@ -50,6 +52,30 @@ def adjusted(
     if PHASE in setup.free and PHASE not in setup.start and look.phase is not None:
         setup = setup._replace(start={**setup.start, PHASE: look.phase})
     return recording, look, setup
+
+
+def _is_open(recording: AbstractRecording, setup: Setup, said: set[str]) -> bool:
+    """True for a velocity of whose sensor, and of whose stop, nobody states anything."""
+    sensor, told = setup.sensor, said & {*WHERE, "drift", "cutoff"}
+    plain = sensor.sigma is None and sensor.quantisation is None and sensor.low_pass is None
+    return recording.shows_rate and plain and not told and setup.upper is None
+
+
+def _of_places(
+    recording: AbstractRecording, look: FirstLook, setup: Setup, notes: list[str]
+) -> tuple[AbstractRecording, FirstLook]:
+    """The recording of the places from which a velocity with impacts seems to be computed."""
+    if look.swings_freely or not look.marks.size:
+        return recording, look
+    places = recording.places(look.marks)
+    if places is None:
+        return recording, look
+    notes.append(
+        f"The {recording.observed} seems to be computed from places by differences, which smooth "
+        f"every impact: the {places.observed} is restored by sums and fitted instead (`cutoff` "
+        "under [sensor] keeps the record as it is)."
+    )
+    return places, _look(places, setup)
 
 
 def _hits(recording: AbstractRecording, look: FirstLook) -> bool:

@@ -163,6 +163,16 @@ class AbstractRecording(eqx.Module):
         """
 
     @abc.abstractmethod
+    def places(self, impacts: np.ndarray) -> "AbstractRecording | None":
+        """The recording of the places as whose differences a velocity seems to be computed, `None`
+        if it does not seem to be. They are zero at the median of some impacts.
+
+        **Arguments:**
+
+        - `impacts`: their times.
+        """
+
+    @abc.abstractmethod
     def at_impacts(self, impacts: ImpactLog, delay: Number) -> Valid:
         """Mask of the samples during impacts, and of two before and after each; none of impacts
         that are themselves observed.

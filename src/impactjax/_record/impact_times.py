@@ -164,6 +164,10 @@ class ImpactTimes(AbstractRecording):
         del residuals
         return np.zeros(self.valid.shape, bool)
 
+    def places(self, impacts: np.ndarray) -> None:
+        del impacts
+        return
+
     def at_impacts(self, impacts: ImpactLog, delay: Number) -> Valid:
         del impacts, delay
         return np.zeros(self.valid.shape, bool)

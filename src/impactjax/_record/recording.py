@@ -25,6 +25,7 @@ from impactjax._record.abstract_recording import (
     counted,
 )
 from impactjax._record.outliers import outliers
+from impactjax._record.restored import restored
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 from impactjax._sensor.abstract_quantity import AbstractQuantity
@@ -173,6 +174,13 @@ class Recording(AbstractRecording):
     def outliers(self, residuals: Residuals | None = None) -> Valid:
         values = self.values if residuals is None else residuals
         return outliers(np.asarray(values), np.asarray(self.valid), self.quantity)
+
+    def places(self, impacts: np.ndarray) -> "Recording | None":
+        ts, quantity = np.asarray(self.ts), self.quantity.of_places
+        found = None if quantity is None else restored(ts, np.asarray(self.values))
+        if quantity is None or found is None:
+            return None
+        return Recording(ts, found - np.median(np.interp(impacts, ts, found)), quantity)
 
     def at_impacts(self, impacts: ImpactLog, delay: Number) -> Valid:
         ts = plain(self.ts)

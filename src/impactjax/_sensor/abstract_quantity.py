@@ -40,6 +40,8 @@ class AbstractQuantity(eqx.Module):
     of_angle: ClassVar[bool | None]
     """True for oscillators whose coordinate is an angle, false for others, `None` for both."""
 
+    of_places: "ClassVar[AbstractQuantity | None]" = None
+    """For a velocity, the quantity whose derivative it is."""
     derivative: ClassVar[int | None] = None
     """The order of the derivative of the coordinate that it is: 0 for the coordinate itself, `None`
     for other quantities.

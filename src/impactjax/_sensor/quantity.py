@@ -61,6 +61,7 @@ class AngularVelocity(AbstractSpeed):
     units: ClassVar[dict[str, float]] = ANGULAR_VELOCITIES
     shown: ClassVar[str] = "rad/s"
     of_angle: ClassVar[bool | None] = True
+    of_places: ClassVar[AbstractQuantity | None] = Angle()
 
 
 class AngularAcceleration(AbstractAcceleration):
@@ -104,6 +105,7 @@ class Velocity(AbstractSpeed):
     units: ClassVar[dict[str, float]] = VELOCITIES
     shown: ClassVar[str] = "m/s"
     of_angle: ClassVar[bool | None] = False
+    of_places: ClassVar[AbstractQuantity | None] = Displacement()
 
 
 class Acceleration(AbstractAcceleration):
