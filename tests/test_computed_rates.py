@@ -74,6 +74,14 @@ def test_velocity_of_a_stated_sensor_is_kept(stated):
 
 
 @quick
+def test_velocity_with_gaps_is_kept():
+    """A sum over a sample that does not count has a step."""
+    places = HEIGHTS + 1e-4 * np.random.default_rng(7).standard_normal(len(TS))
+    record = ij.Recording(TS, COMPUTED["central"](places), ij.Velocity(), TS != 0.1)
+    assert not is_restored(record)
+
+
+@quick
 def test_free_swing_is_kept():
     """Its differences smooth no impact."""
     noise = 1e-4 * np.random.default_rng(7).standard_normal(len(TS))

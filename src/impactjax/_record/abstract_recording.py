@@ -165,7 +165,8 @@ class AbstractRecording(eqx.Module):
     @abc.abstractmethod
     def places(self, impacts: np.ndarray) -> "AbstractRecording | None":
         """The recording of the places as whose differences a velocity seems to be computed, `None`
-        if it does not seem to be. They are zero at the median of some impacts.
+        if it does not seem to be, or if samples are missing. They are zero at the median of some
+        impacts.
 
         **Arguments:**
 

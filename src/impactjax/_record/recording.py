@@ -177,8 +177,10 @@ class Recording(AbstractRecording):
 
     def places(self, impacts: np.ndarray) -> "Recording | None":
         ts, quantity = np.asarray(self.ts), self.quantity.of_places
-        found = None if quantity is None else restored(ts, np.asarray(self.values))
-        if quantity is None or found is None:
+        if quantity is None or not np.all(self.valid):
+            return None
+        found = restored(ts, np.asarray(self.values))
+        if found is None:
             return None
         return Recording(ts, found - np.median(np.interp(impacts, ts, found)), quantity)
 

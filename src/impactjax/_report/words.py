@@ -227,10 +227,12 @@ def _doubts(estimate: Estimate[Problem]) -> list[str]:
             "factor. No parameter is identified."
         )
     if bool(estimate.exceeds_noise):
+        plain = estimate.system.sensor.low_pass is None
+        hint = " (`--free cutoff` fits a low-pass)" if plain else ""
         found.append(
-            "The residuals are larger than the noise at impacts, or everywhere: neither the law "
-            "nor the sensor (`--free cutoff` fits a low-pass) describes the record, and values may "
-            "be off by more than their intervals. No parameter is identified."
+            "The residuals are larger than the noise at impacts, or everywhere: law or sensor"
+            f"{hint} does not describe the record, and values may be off by more than their "
+            "intervals. No parameter is identified."
         )
     return found
 
