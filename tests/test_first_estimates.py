@@ -191,3 +191,14 @@ def test_single_wrong_samples_hide_no_impact_of_a_velocity():
     places = from_velocity(ts, rates)
     assert places.min() > -0.05 * places.max()
     assert places.max() == pytest.approx(0.25 / 4, rel=0.05)
+
+
+@pytest.mark.parametrize("bias", [-0.6, 0.6])
+def test_zero_of_a_velocity_hides_no_impact(bias):
+    """A bias of the size of the slower impacts; impact speeds are 2.8, 2, 1.4 m/s and so on."""
+    ts = TS[:1401]
+    motion = simulate_rigid(ball(), [0.4, 0.0], ts, lambda speed: 0.7)
+    look = seen(motion.velocity + bias, ij.Velocity(), ij.BouncingBall(), ts)
+    expected = motion.impact_times[motion.impact_times < 1.2]
+    np.testing.assert_allclose(look.marks[: expected.size], expected, atol=0.01)
+    assert not look.swings_freely

@@ -29,8 +29,9 @@ def _integral(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def from_velocity(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Position by integration of a velocity. If the velocity jumps, the lowest points are taken as
-    impacts and set to zero; otherwise the mean is zero. Single samples that jump do not count.
+    """Position by integration of a velocity. If the velocity jumps, the places where it jumps most
+    are made equal, since its zero may be off; then the lowest points are taken as impacts and set
+    to zero. Otherwise the mean is zero. Single samples that jump do not count.
     """
     from scipy import ndimage
 
@@ -38,6 +39,9 @@ def from_velocity(ts: np.ndarray, values: np.ndarray) -> np.ndarray:
     jumps = np.diff(ndimage.median_filter(values, _ALONE, mode="nearest"))
     if not is_peaked(jumps):
         return place - np.mean(place)
+    largest = [(begin + end) // 2 for begin, end in pulses(jumps)]
+    if len(largest) > 1:
+        place = place - np.polynomial.Polynomial.fit(ts[largest], place[largest], 1)(ts)
     impacts = peaks(-place, 0.02 * float(np.ptp(place)))
     if not impacts.size:
         return place - place.min()
