@@ -12,6 +12,7 @@ from impactjax._record.recording import Recording
 
 OFF = 0.05  # relative difference of gravity from its known value that is a fault
 _FEWEST = 2  # flights
+_SEVERAL, _SHRINKS = 3, 1.3  # flights, and ratio of the longest to the shortest, of other falls
 _SAMPLES = 8  # of the middle of a flight
 
 Accelerations = Float[np.ndarray, " flights"]
@@ -21,6 +22,18 @@ def are_of_gravity(accelerations: Accelerations) -> bool:
     """True if several flights have the acceleration of gravity."""
     near = np.abs(accelerations / STANDARD_GRAVITY - 1) < OFF
     return near.size >= _FEWEST and bool(np.all(near))
+
+
+def are_of_a_fall(accelerations: Accelerations, look: FirstLook) -> bool:
+    """True if several flights of different length have one acceleration, as on an incline. Those of
+    an oscillator whose equilibrium is at the stop have one length.
+    """
+    flights = np.diff(look.marks)
+    flights = flights[flights > np.max(flights, initial=0.0) / 2]
+    if accelerations.size < _SEVERAL or np.max(flights) < _SHRINKS * np.min(flights):
+        return False
+    usual = float(np.median(accelerations))
+    return usual > 0 and bool(np.all(np.abs(accelerations / usual - 1) < OFF))
 
 
 def gravities(recording: AbstractRecording, look: FirstLook) -> Accelerations:

@@ -8,7 +8,7 @@ import equinox as eqx
 import numpy as np
 
 from impactjax._compare.adjust import WHERE, adjusted
-from impactjax._compare.falling import are_of_gravity, gravities
+from impactjax._compare.falling import are_of_a_fall, are_of_gravity, gravities
 from impactjax._compare.named import check_law
 from impactjax._compare.oscillators import (
     DRAG,
@@ -69,18 +69,24 @@ def survey(
     record: str | Path | RecordingFile | AbstractRecording, said: Statements = Statements()
 ) -> Survey:
     """Survey of a recording; errors are those of `prepare`. Where nobody states the oscillator, and
-    the flights of a recorded height have the acceleration of gravity, it is a ball.
+    the flights of a recorded height have the acceleration of gravity, it is a ball. If they have
+    another one, it is that of a mass on an incline, and is fitted.
     """
     if isinstance(record, str | Path):
         record = read_recording(record)
     found = _surveyed(record, said)
     accelerations = gravities(found.recording, found.look)
-    if not are_of_gravity(accelerations) or not _is_open(found, said):
+    falls = are_of_gravity(accelerations)
+    if not (falls or are_of_a_fall(accelerations, found.look)) or not _is_open(found, said):
         return found
-    ball = _surveyed(record, said._replace(oscillator=BouncingBall()))
-    why = f"as its flights have an acceleration of {np.median(accelerations):.3g} m/s²"
+    usual = float(np.median(accelerations))
+    own = BouncingBall() if falls else BouncingBall(gravity=usual)
+    free = said.free if falls else (*said.free, "gravity")
+    ball = _surveyed(record, said._replace(oscillator=own, free=free))
+    why = f"as its flights have an acceleration of {usual:.3g} m/s²"
+    other = "" if falls else ", which is fitted: the mass is on an incline, or the scale is wrong"
     note = (
-        f"The system is a bouncing ball, {why} (`--system`, or `oscillator` under [system], "
+        f"The system is a bouncing ball, {why}{other} (`--system`, or `oscillator` under [system], "
         "decides otherwise)."
     )
     return ball._replace(why=why, notes=(*ball.notes, note))
