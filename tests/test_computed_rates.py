@@ -107,7 +107,7 @@ def test_natural_frequency_of_a_contact_from_computed_velocity():
         oscillator=ij.BouncingBall(),
         laws=[ij.KelvinVoigt(120.0, 0.2)],
     )
-    found = ij.compare(prepared, starts=ij.Starts(4)).best.estimate["omega0"]
+    found = ij.fit(prepared.experiment, starts=ij.Starts(4))["omega0"]
     assert found.low < contact < found.high
     assert found.standard_error < 0.01 * contact
 

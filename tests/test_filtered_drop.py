@@ -57,15 +57,18 @@ def test_low_pass_is_possible_unless_stated(stated, possible):
         assert found.order == possible.order
 
 
-def fitted(cutoff=np.inf, **stated):
-    """Comparison of one law, from a start that is far off."""
+def prepared(cutoff=np.inf, **stated):
+    """One law, whose start is far off."""
     law = ij.KelvinVoigt(omega0=250.0, gamma=0.2)
-    prepared = ij.prepare(recording(cutoff), laws=[law], **stated)
-    return ij.compare(prepared, starts=ij.Starts(4))
+    return ij.prepare(recording(cutoff), laws=[law], **stated)
+
+
+def compared(cutoff=np.inf):
+    return ij.compare(prepared(cutoff), starts=ij.Starts(4))
 
 
 def test_low_pass_of_dropped_accelerometer_is_found():
-    done = fitted(150.0)
+    done = compared(150.0)
     (said,) = (note for note in done.notes if "asks for `cutoff`" in note)
     assert "instead of none" in said
     found = done.best.estimate
@@ -76,7 +79,7 @@ def test_low_pass_of_dropped_accelerometer_is_found():
 
 def test_dropped_accelerometer_without_low_pass_has_none():
     """A low-pass would describe the record, too, but moves the natural frequency by 13 errors."""
-    done = fitted()
+    done = compared()
     found = done.best.estimate
     assert "cutoff" not in found.names
     assert not bool(found.exceeds_noise)
@@ -85,7 +88,9 @@ def test_dropped_accelerometer_without_low_pass_has_none():
 
 
 def test_stated_absence_of_a_low_pass_leaves_nothing_identified():
-    found = fitted(150.0, fixed={"cutoff": np.inf}).best.estimate
+    stated = prepared(150.0, fixed={"cutoff": np.inf})
+    assert stated.possible_low_pass is None
+    found = ij.fit(stated.experiment, starts=ij.Starts(4))
     assert "cutoff" not in found.names
     assert bool(found.exceeds_noise)
     assert found.reason("omega0") is ij.Reason.EXCEEDS_NOISE
