@@ -140,7 +140,8 @@ class Refits:
         left = np.zeros(len(starts), bool)
         for turn in range(_STEPS):
             now = taken(best, going)
-            steps = np.clip(-now.solved(now.gradient), low - now.u, high - now.u)
+            with np.errstate(invalid="ignore"):  # a place at infinity has no step
+                steps = np.clip(-now.solved(now.gradient), low - now.u, high - now.u)
             gains, near = now.decrease(steps), (np.abs(steps) <= longest).all(axis=1)
             fine = np.isfinite(now.cost) & (gains >= 0)
             done = fine & (gains <= self.enough(now.cost))
