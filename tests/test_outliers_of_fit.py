@@ -1,9 +1,15 @@
 """Outliers beside impacts, which only the residuals of a fit show."""
 
+import dataclasses
+
+import jax.numpy as jnp
 import numpy as np
 
 import impactjax as ij
+from estimates import line
+from impactjax._compare.outliers_of_fit import outliers
 from reference import ball, simulate_rigid
+from tiers import quick
 
 TS, SIZE, TRUTH = np.arange(700) / 500, 0.02, 0.7  # noise of a velocity [m/s], and restitution
 
@@ -44,6 +50,26 @@ def test_clean_record_is_kept_whole():
     assert np.all(found.best.estimate.problem.recording.valid)
 
 
+@quick
+def test_steps_of_a_record_that_stands_still_at_last_are_no_outliers():
+    """The noise from sample to sample is nearly zero where a coarse record stands still."""
+    ts = np.arange(2000) / 1000
+    places = np.where(ts < 0.8, np.cos(20 * ts), np.cos(16.0))
+    recording = ij.Recording(ts, np.round(places, 2), ij.Displacement())
+    steps = places - np.asarray(recording.values)
+    assert np.count_nonzero(recording.outliers(steps)) > 0
+    for size, expected in ((0.0, []), (0.5, [300])):
+        residuals = steps + np.where(ts == 0.3, size, 0.0)
+        found = dataclasses.replace(
+            line()[1],
+            residuals=jnp.asarray(residuals),
+            jacobian=jnp.zeros((2000, 2)),
+            rms=jnp.sqrt(jnp.mean(residuals**2)),
+        )
+        np.testing.assert_array_equal(np.flatnonzero(outliers(found, recording)), expected)
+
+
+@quick
 def test_impacts_that_are_observed_have_no_outliers():
     """An impact time that is wrong may be a missed impact."""
     times = ij.ImpactTimes(np.array([0.1, 0.5, 0.8, 1.0]))

@@ -15,6 +15,7 @@ from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.read_recording import count_of
 
 _ROUNDS = 3  # times that all models are fitted again
+_LARGE = 5.0  # least residual, relative to the root mean square of all
 _ROUNDING = 1e-6  # residual, relative to the span of the record, that is none
 
 
@@ -24,6 +25,17 @@ class Cleaned(NamedTuple):
     own: dict[str, Experiment]
     fits: dict[str, Fitted]
     sentence: str
+
+
+def outliers(estimate: Estimate[Problem], recording: AbstractRecording) -> np.ndarray:
+    """Mask of the outliers among the residuals. They are large beside all others, too: where a
+    record stands still, or has steps, the noise from sample to sample is too small a measure.
+    """
+    residuals, (lowest, highest) = np.asarray(estimate.residuals), recording.span()
+    if not bool(estimate.usable):
+        return np.zeros(residuals.shape, bool)
+    least = max(_LARGE * float(estimate.rms), _ROUNDING * (highest - lowest))
+    return recording.outliers(residuals) & (np.abs(residuals) > least)
 
 
 def without_outliers(
@@ -36,7 +48,7 @@ def without_outliers(
     out = np.zeros(1, bool)
     for _ in range(_ROUNDS):
         best = ranked(fits)[0]
-        wrong = _outliers(best.estimate, own[best.name].recording)
+        wrong = outliers(best.estimate, own[best.name].recording)
         if not wrong.any():
             break
         out = out | wrong
@@ -44,15 +56,6 @@ def without_outliers(
         fits = fit_models(own, settings, fits)
     said = f"{count_of(out, 'sample')} far from the best fit, and left out."
     return Cleaned(own, fits, said) if out.any() else None
-
-
-def _outliers(estimate: Estimate[Problem], recording: AbstractRecording) -> np.ndarray:
-    """Mask of the outliers among the residuals."""
-    residuals, (lowest, highest) = np.asarray(estimate.residuals), recording.span()
-    if not bool(estimate.usable):
-        return np.zeros(residuals.shape, bool)
-    large = np.abs(residuals) > _ROUNDING * (highest - lowest)
-    return recording.outliers(residuals) & large
 
 
 def _without(experiment: Experiment, wrong: np.ndarray) -> Experiment:
