@@ -190,38 +190,6 @@ def test_height_or_velocity_of_a_falling_mass_is_taken_for_that_of_a_ball():
 
 
 @quick
-@pytest.mark.parametrize("slope", [2.5, 4.0])
-def test_mass_on_an_incline_falls_with_a_fitted_acceleration(slope):
-    ts = np.arange(1400) / 500
-    falls = simulate_rigid(ball(slope), [0.3, 0.0], ts, lambda v: 0.8)
-    records = [
-        ij.Recording(ts, noisy(falls.position, 1e-3), ij.Displacement()),
-        ij.Recording(ts, noisy(falls.velocity, 1e-2), ij.Velocity()),
-    ]
-    for record in records:
-        prepared = ij.prepare(record, laws=["restitution"])
-        assert "gravity" in prepared.experiment.free
-        assert prepared.experiment.model.oscillator.weight() == pytest.approx(slope, rel=0.02)
-        assert any("the mass is on an incline" in note for note in prepared.notes)
-        stated = ij.prepare(record, laws=["restitution"], oscillator=ij.LinearOscillator(3.0))
-        assert stated.experiment.model.oscillator.weight() is None
-
-
-@quick
-@pytest.mark.parametrize("equilibrium", [0.0, 0.05, -0.05])
-def test_oscillator_that_bounces_is_no_falling_mass(equilibrium):
-    """Its equilibrium is at the stop, or off it."""
-    ts = np.arange(1400) / 500
-
-    def flow(t, y):
-        return np.array([y[1], -25.0 * (y[0] - equilibrium)])
-
-    found = simulate_rigid(flow, [0.3, 0.0], ts, lambda v: 0.8)
-    prepared = ij.prepare(displacement(noisy(found.position, 1e-3), ts), laws=["restitution"])
-    assert prepared.experiment.model.oscillator.weight() is None
-
-
-@quick
 def test_doubt_about_a_ball_taken_for_an_oscillator():
     for told in (
         ij.check(displacement(bouncing()), oscillator=ij.LinearOscillator(1.0)),
