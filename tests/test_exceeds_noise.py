@@ -8,6 +8,7 @@ from scipy import signal
 
 import impactjax as ij
 from impactjax._problem.misfit import exceeds_noise
+from impactjax._report.words import sentences
 from reference import ball, simulate_rigid
 
 COUNT, NEAR = 1400, 24
@@ -91,11 +92,11 @@ def bouncing(smoothed):
     return height + SIZE * np.random.default_rng(3).standard_normal(len(TS))
 
 
-def fitted(values, sigma=None):
+def experiment(values, sigma=None):
     model = ij.ImpactOscillator(ij.BouncingBall(), ij.Stop(ij.Restitution(0.72)))
     recording, sensor = ij.Recording(TS, values, ij.Displacement()), ij.Sensor(sigma=sigma)
     start, known = ij.InitialState(0.4), {"x_dot0": 0.0}
-    return ij.fit(ij.Experiment(model, recording, start, sensor, fixed=known))
+    return ij.Experiment(model, recording, start, sensor, fixed=known)
 
 
 @pytest.mark.parametrize(
@@ -110,8 +111,22 @@ def fitted(values, sigma=None):
 def test_larger_residuals_leave_nothing_identified(smoothed, sigma, reason):
     doubtful = reason is ij.Reason.EXCEEDS_NOISE
     verdict = ij.Verdict.UNDECIDED if doubtful else ij.Verdict.IDENTIFIED
-    found = fitted(bouncing(smoothed), sigma)
+    found = ij.fit(experiment(bouncing(smoothed), sigma))
     assert bool(found.exceeds_noise) is doubtful
     for each in (found, ij.profiled(found)):
         assert [each.verdict(name) for name in each.names] == [verdict] * 2
         assert [each.reason(name) for name in each.names] == [reason] * 2
+    said = " ".join(sentences([ij.Fitted("restitution", found, 0.0)]))
+    assert ("at impacts are more than twice as large" in said) is smoothed
+    assert ("times the stated noise" in said) is (doubtful and not smoothed)
+
+
+def test_larger_residuals_of_one_among_several_fits():
+    """In a batch they concern one fit, in a joint fit all."""
+    smoothed, clean = jnp.asarray(bouncing(True)), jnp.asarray(bouncing(False))
+    batch = jax.jit(jax.vmap(lambda values: ij.fit(experiment(values))))
+    found = batch(jnp.stack([smoothed, clean]))
+    assert found.exceeds_noise.tolist() == [True, False]
+    assert found.verdicts.tolist() == [[ij.Verdict.UNDECIDED] * 2, [ij.Verdict.IDENTIFIED] * 2]
+    joint = ij.fit_together([experiment(clean), experiment(smoothed)])
+    assert {joint.reason(name) for name in joint.names} == {ij.Reason.EXCEEDS_NOISE}

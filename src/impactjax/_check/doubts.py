@@ -71,7 +71,7 @@ def _values(found: Survey, noise: Noise) -> Iterator[str]:
 
 def _computation(recording: Recording, noise: Noise, filters: bool) -> Iterator[str]:
     """Sentence on a rate that a program may have computed from places."""
-    if noise.differences:
+    if noise.difference_lag:
         yield (
             f"The {recording.observed} seems to be computed from positions by differences, which "
             "smooth every impact: record the positions, or contacts seem longer than they are."

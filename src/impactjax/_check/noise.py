@@ -4,9 +4,7 @@ import numpy as np
 
 from impactjax._record.abstract_recording import AbstractRecording
 from impactjax._record.recording import Recording
-from impactjax._record.sample_noise import Noise, noise_of_samples
-
-_QUARTILE = 0.6745  # median of the absolute value of a standard normal variable
+from impactjax._record.sample_noise import QUARTILE, Noise, noise_of_samples
 
 
 def noise_of(recording: AbstractRecording) -> Noise:
@@ -26,4 +24,4 @@ def _scatter(times: np.ndarray) -> float:
     number = np.arange(len(flights))
     course = np.polynomial.Polynomial.fit(number, np.log(flights), 2)
     left = flights - np.exp(course(number))
-    return float(np.median(np.abs(left))) / _QUARTILE / np.sqrt(2)
+    return float(np.median(np.abs(left))) / QUARTILE / np.sqrt(2)

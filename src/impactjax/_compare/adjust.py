@@ -37,7 +37,7 @@ def adjusted(
     look = _look(recording, setup)
     if not said & ({*WHERE, "theta0", "x0"} if recording.shows_place else {"gain"}):
         recording, look = _turned(recording, look, setup, notes)
-    if _is_open(recording, setup, said):
+    if _has_unstated_sensor(recording, setup, said):
         recording, look = _of_places(recording, look, setup, notes)
     if recording.shows_place and not said & WHERE and setup.upper is None:
         setup, look = _placed(recording, look, setup, notes)
@@ -45,7 +45,7 @@ def adjusted(
         setup = with_unstated_instrument(recording, setup, said)
     elif _hits(recording, look):
         setup = with_unstated_sensor(recording, look, setup, said)
-    elif not recording.observes_impacts:
+    elif not (look.swings_freely or recording.observes_impacts):
         setup = with_possible_low_pass(recording, setup, said)
     if not chosen:
         recording, look, setup = _released(recording, look, setup, notes)
@@ -54,7 +54,7 @@ def adjusted(
     return recording, look, setup
 
 
-def _is_open(recording: AbstractRecording, setup: Setup, said: set[str]) -> bool:
+def _has_unstated_sensor(recording: AbstractRecording, setup: Setup, said: set[str]) -> bool:
     """True for a velocity of whose sensor, and of whose stop, nobody states anything."""
     sensor, told = setup.sensor, said & {*WHERE, "drift", "cutoff"}
     plain = sensor.sigma is None and sensor.quantisation is None and sensor.low_pass is None
@@ -71,9 +71,9 @@ def _of_places(
     if places is None:
         return recording, look
     notes.append(
-        f"The {recording.observed} seems to be computed from places by differences, which smooth "
-        f"every impact: the {places.observed} is restored by sums and fitted instead (`cutoff` "
-        "under [sensor] keeps the record as it is)."
+        f"The {recording.observed} seems to be computed from positions by differences, which "
+        f"smooth every impact: the {places.observed} is restored by sums and fitted instead "
+        "(`cutoff` under [sensor] keeps the record as it is)."
     )
     return places, _look(places, setup)
 

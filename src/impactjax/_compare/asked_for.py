@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import equinox as eqx
 import numpy as np
 
-from impactjax._compare.oscillators import DRY_FRICTION, with_dry_friction
+from impactjax._compare.oscillators import with_dry_friction
 from impactjax._compare.ranking import fall
 from impactjax._fit.estimate import Estimate
 from impactjax._fit.left_out import Undecided, needed, not_excluded
@@ -68,16 +68,10 @@ def behind(experiment: Experiment, low_pass: Butterworth) -> Experiment:
     return dataclasses.replace(experiment, sensor=sensor, free=(*experiment.free, "cutoff"))
 
 
-def cutoff(before: Estimate[Problem], filtered: Estimate[Problem]) -> HeldParameter:
-    """The cutoff of a low-pass that was left out, from a fit without and one with it."""
-    own, gain = filtered["cutoff"], fall(before, filtered)
-    return HeldParameter("cutoff", own.unit, math.inf, own.value, own.standard_error, gain)
-
-
-def friction(before: Estimate[Problem], dry: Estimate[Problem]) -> HeldParameter:
-    """Dry friction as a parameter that was left out, from a fit without and one with it."""
-    own, gain = dry[DRY_FRICTION], fall(before, dry)
-    return HeldParameter(DRY_FRICTION, own.unit, math.inf, own.value, own.standard_error, gain)
+def newly_fitted(name: str, before: Estimate[Problem], after: Estimate[Problem]) -> HeldParameter:
+    """A parameter that a model did not have, from a fit without and one with it."""
+    own, gain = after[name], fall(before, after)
+    return HeldParameter(name, own.unit, math.inf, own.value, own.standard_error, gain)
 
 
 def values_before(problem: Problem, estimate: Estimate[Problem]) -> np.ndarray:

@@ -1,31 +1,21 @@
 """Parameters beside those of the models: what the record asks for is fitted as well."""
 
-from typing import NamedTuple
-
 from impactjax._compare.asked_for import (
     asked_for,
     behind,
-    cutoff,
     freed,
-    friction,
+    newly_fitted,
     rubbed,
     undecided,
     words,
 )
 from impactjax._compare.comparison import Fitted
-from impactjax._compare.fit_models import Settings, fit_models, ranked
+from impactjax._compare.fit_models import Change, Settings, fit_models, ranked
+from impactjax._compare.oscillators import DRY_FRICTION
 from impactjax._compare.prepare import WITH_DRY_FRICTION
 from impactjax._compare.ranking import CLEAR, fall
 from impactjax._problem.experiment import Experiment
 from impactjax._sensor.low_pass import Butterworth
-
-
-class Enlarged(NamedTuple):
-    """Experiments with more parameters to fit, their fits, and the sentence on them."""
-
-    own: dict[str, Experiment]
-    fits: dict[str, Fitted]
-    sentence: str
 
 
 def enlarged(
@@ -34,7 +24,7 @@ def enlarged(
     may_rub: frozenset[str],
     low_pass: Butterworth | None,
     settings: Settings,
-) -> Enlarged | None:
+) -> Change | None:
     """The change that the best fit asks for: a low-pass, parameters that it held, or dry friction
     if that lowers the criterion more; `None` without need.
     """
@@ -56,7 +46,7 @@ def _with_low_pass(
     best: Fitted,
     low_pass: Butterworth,
     settings: Settings,
-) -> Enlarged | None:
+) -> Change | None:
     """All models behind a low-pass; `None` if it does not lower the criterion clearly, or is there
     already. It may only have led a search out of a false minimum: then that is repeated without it.
     """
@@ -68,16 +58,16 @@ def _with_low_pass(
     if not fall(best.estimate, after.estimate) >= CLEAR:
         return None
     again = fit_models(own, settings, more)
-    before = again[after.name].estimate
-    if not fall(ranked(again)[0].estimate, after.estimate) >= CLEAR:
-        return Enlarged(own, again, "The search was repeated from a lower minimum.")
-    said = words([cutoff(before, after.estimate)], before, after.estimate)
-    return Enlarged(wider, more, said)
+    if fall(ranked(again)[0].estimate, after.estimate) < CLEAR:
+        return Change(own, again, "The search was repeated from a lower minimum.")
+    before = fits[after.name].estimate
+    said = words([newly_fitted("cutoff", before, after.estimate)], before, after.estimate)
+    return Change(wider, more, said)
 
 
 def _with_parameters(
     own: dict[str, Experiment], fits: dict[str, Fitted], best: Fitted, settings: Settings
-) -> Enlarged | None:
+) -> Change | None:
     """All models with the parameters that the best fit held and the record asks for; `None` if they
     do not lower the criterion.
     """
@@ -88,7 +78,7 @@ def _with_parameters(
     more = fit_models(wider, settings, fits)
     if not fall(best.estimate, ranked(more)[0].estimate) > 0:
         return None
-    return Enlarged(wider, more, words(found, best.estimate, more[best.name].estimate))
+    return Change(wider, more, words(found, best.estimate, more[best.name].estimate))
 
 
 def _with_friction(
@@ -98,7 +88,7 @@ def _with_friction(
     best: Fitted,
     left: Fitted,
     settings: Settings,
-) -> Enlarged | None:
+) -> Change | None:
     """All models with dry friction if it lowers the criterion clearly; the best one with friction
     as one more model if it lowers it less; `None` if it does not, or less than the parameters that
     `left` has beside those of `best`.
@@ -106,11 +96,11 @@ def _with_friction(
     variant = best.name + WITH_DRY_FRICTION
     rubs = {variant: rubbed(own[best.name])}
     dry = fit_models(rubs, settings, {variant: best})
-    needs = friction(best.estimate, dry[variant].estimate)
+    needs = newly_fitted(DRY_FRICTION, best.estimate, dry[variant].estimate)
     if not fall(left.estimate, dry[variant].estimate) > 0:
         return None
     if needs.gain >= CLEAR:
         own = {name: rubbed(each) if name in may_rub else each for name, each in own.items()}
         said = words([needs], best.estimate, dry[variant].estimate)
-        return Enlarged(own, fit_models(own, settings, fits), said)
-    return Enlarged(own | rubs, fits | dry, undecided(needs)) if left is best else None
+        return Change(own, fit_models(own, settings, fits), said)
+    return Change(own | rubs, fits | dry, undecided(needs)) if left is best else None

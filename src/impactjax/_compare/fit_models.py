@@ -48,6 +48,14 @@ class Settings(NamedTuple):
         return fitted._replace(estimate=estimate, seconds=seconds)
 
 
+class Change(NamedTuple):
+    """Changed experiments, their fits, and the sentence on the change."""
+
+    own: dict[str, Experiment]
+    fits: dict[str, Fitted]
+    sentence: str
+
+
 def ranked(fits: Mapping[str, Fitted]) -> list[Fitted]:
     """Fits in the order of the criterion."""
     all_fits = list(fits.values())

@@ -153,8 +153,8 @@ def _without_outliers(recording: AbstractRecording) -> tuple[AbstractRecording, 
     wrong = recording.outliers()
     if not wrong.any():
         return recording, []
-    clean = eqx.tree_at(lambda each: each.valid, recording, np.asarray(recording.valid) & ~wrong)
-    return clean, [f"{count_of(wrong, 'sample')} far from those beside, and left out."]
+    said = f"{count_of(wrong, 'sample')} far from those beside, and left out."
+    return recording.without(wrong), [said]
 
 
 def _told(file: RecordingFile, setup: Setup) -> set[str]:

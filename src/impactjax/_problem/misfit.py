@@ -9,7 +9,7 @@ from impactjax._known import AnyArray, namespace
 _UNEXPLAINED, _SMOOTH = 0.05, 0.8  # share of the motion, and lag-1 autocorrelation, that are missed
 _WILD = 1.5  # share of the motion that counts as missed with any autocorrelation
 _AT_IMPACTS = 2.0  # ratio of the rms of residuals at impacts to that of all others
-_STATED = 1.5  # ratio of the rms of residuals to the stated noise
+STATED = 1.5  # ratio of the rms of residuals to the stated noise
 _DEVIATIONS = 4.3  # least ratio, in standard deviations of its logarithm
 
 Mask = Bool[AnyArray, " observations"]
@@ -62,7 +62,7 @@ def exceeds_noise(
     if variance is None:
         return at_some
     every, number = _mean_square(residuals, valid)
-    return at_some | _exceeds(every, variance, 1 / number, _STATED)
+    return at_some | _exceeds(every, variance, 1 / number, STATED)
 
 
 def _mean_square(residuals: AnyArray, mask: AnyArray) -> tuple[Number, Number]:

@@ -162,6 +162,10 @@ class AbstractRecording(eqx.Module):
         do.
         """
 
+    def without(self: Own, wrong: Valid) -> Own:
+        """The recording in which some observations do not count."""
+        return eqx.tree_at(lambda each: each.valid, self, np.asarray(self.valid) & ~wrong)
+
     @abc.abstractmethod
     def places(self, impacts: np.ndarray) -> "AbstractRecording | None":
         """The recording of the places as whose differences a velocity seems to be computed, `None`

@@ -189,10 +189,9 @@ class Recording(AbstractRecording):
         xp = namespace(ts, impacts, delay)
         begin = xp.where(impacts.happened, impacts.time, xp.inf) + delay
         end = xp.where(impacts.complete, begin + impacts.duration, xp.inf)
-        ahead, behind = ts[_BESIDE:], ts[:-_BESIDE]
-        ahead = xp.pad(ahead, (0, _BESIDE), constant_values=np.inf)
-        behind = xp.pad(behind, (_BESIDE, 0), constant_values=-np.inf)
-        touches = (ahead[:, None] >= begin) & (behind[:, None] <= end) & xp.isfinite(begin)
+        number = np.arange(ts.shape[0])
+        behind, ahead = (ts[np.clip(number + n, 0, number[-1])] for n in (-_BESIDE, _BESIDE))
+        touches = (ahead[:, None] >= begin) & (behind[:, None] <= end)
         return xp.any(touches, axis=-1)
 
     def within(self, share: float) -> Valid:

@@ -19,10 +19,10 @@ def restored(ts: np.ndarray, values: np.ndarray) -> np.ndarray | None:
     uneven = np.max(np.abs(intervals - interval)) > _EVEN * interval
     if uneven or not np.all(np.isfinite(values)):
         return None
-    distance = noise_of_samples(values).differences
-    if distance == 0:
+    lag = noise_of_samples(values).difference_lag
+    if lag == 0:
         return None
-    return (_of_neighbours if distance == 1 else _of_central)(values) * interval
+    return (_of_neighbours if lag == 1 else _of_central)(values) * interval
 
 
 def _of_neighbours(differences: np.ndarray) -> np.ndarray:

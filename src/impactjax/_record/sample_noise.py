@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-_QUARTILE = 0.6745  # median of the absolute value of a standard normal variable
+QUARTILE = 0.6745  # median of the absolute value of a standard normal variable
 _LAGS = (1, 2, 4, 8)  # samples
 _GROWS, _MOVES = 1.4, 6.0  # ratios of the sizes at two lags: filtered noise, and motion
 _FALLS, _THEN = 5.6, 3.0  # changes from one size to the next, times √samples, that are no chance
@@ -18,14 +18,14 @@ class Noise(NamedTuple):
     - `size`: standard deviation, in the SI unit of the record.
     - `memory`: number of samples after which it is independent; 1 for white noise.
     - `step`: step of the recorded values; 0 if they have none.
-    - `differences`: distance in samples of the values with white noise whose differences the record
-      seems to be: 1 for neighbours, 2 for central differences; 0 if it does not.
+    - `difference_lag`: distance, in samples, of the values whose differences the record seems to
+      be: 1 for neighbours, 2 for central differences; 0 if it seems to be recorded itself.
     """
 
     size: float
     memory: int = 1
     step: float = 0.0
-    differences: int = 0
+    difference_lag: int = 0
 
 
 def noise_of_samples(values: np.ndarray) -> Noise:
@@ -44,13 +44,13 @@ def noise_of_samples(values: np.ndarray) -> Noise:
         if not (sizes[i] > 0 and _GROWS < sizes[i + 1] / sizes[i] < _MOVES):
             break
         best = i + 1
-    computed = _differences_of(sizes, len(values))
-    return Noise(max(sizes[best], step / np.sqrt(12)), _LAGS[best], step, computed)
+    size = max(sizes[best], step / np.sqrt(12))
+    return Noise(size, _LAGS[best], step, _difference_lag(sizes, len(values)))
 
 
-def _differences_of(sizes: list[float], count: int) -> int:
-    """Distance of the values whose differences have noise of such sizes: 1 if the size falls from
-    one sample to two, 2 if it first rises and then falls to four, else 0.
+def _difference_lag(sizes: list[float], count: int) -> int:
+    """Lag of the differences whose noise has such sizes: 1 if the size falls from one sample to
+    two, 2 if it first rises and then falls to four, else 0.
     """
     if len(sizes) < 3 or min(sizes) == 0:
         return 0
@@ -64,7 +64,7 @@ def _differences_of(sizes: list[float], count: int) -> int:
 def _differences(values: np.ndarray, lag: int) -> float:
     third = values[3 * lag :] - 3 * values[2 * lag : -lag] + 3 * values[lag : -2 * lag]
     third = third - values[: -3 * lag]
-    return float(np.median(np.abs(third))) / _QUARTILE / np.sqrt(20)
+    return float(np.median(np.abs(third))) / QUARTILE / np.sqrt(20)
 
 
 def _step(values: np.ndarray) -> float:

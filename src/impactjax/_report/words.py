@@ -19,6 +19,7 @@ from impactjax._identify.identifiability import identifiability
 from impactjax._identify.residual_diagnostics import residual_diagnostics
 from impactjax._identify.words import coupling, findings
 from impactjax._number_format import apart, interval, with_unit
+from impactjax._problem.misfit import STATED
 from impactjax._problem.problem import Problem
 from impactjax._report.given import given_sentences, listed
 from impactjax._report.outcome import outcome_of
@@ -26,7 +27,6 @@ from impactjax._report.residual_words import independence
 
 _FLOOR = 1.2  # ratio of the rms to the quantisation error below which no other error is visible
 _SMALL = 3.0  # ratio of the known noise to the rms above which the noise is wrong
-_LARGE = 1.5  # ratio of the rms to the known noise above which the model or the noise is wrong
 
 
 def sentences(fits: Sequence[Fitted]) -> list[str]:
@@ -48,7 +48,7 @@ def sentences(fits: Sequence[Fitted]) -> list[str]:
     found += [str(prior) for prior in best.estimate.priors.values()]
     found += _open_sides(best)
     found += _across(fits)
-    found += _doubts(best.estimate)
+    found += _lasting(best.estimate)
     found += _scatter(best.estimate)
     told = identifiability(best.estimate)
     if not all(each.determined for each in findings(told)):
@@ -215,26 +215,15 @@ def _across(fits: Sequence[Fitted]) -> list[str]:
     ]
 
 
-def _doubts(estimate: Estimate[Problem]) -> list[str]:
-    """Sentences on residuals that are autocorrelated over longer times than in their noise model,
-    or larger than the noise. Those on stated noise have their own (`_beyond_the_noise`).
-    """
-    found = []
-    if bool(estimate.lasting):
-        found.append(
-            "The residuals are autocorrelated over longer times than the noise model covers: the "
-            "law or the sensor is slightly wrong, and the intervals are too narrow by an unknown "
-            "factor. No parameter is identified."
-        )
-    if bool(estimate.exceeds_noise):
-        plain = estimate.system.sensor.low_pass is None
-        hint = " (`--free cutoff` fits a low-pass)" if plain else ""
-        found.append(
-            "The residuals are larger than the noise at impacts, or everywhere: law or sensor"
-            f"{hint} does not describe the record, and values may be off by more than their "
-            "intervals. No parameter is identified."
-        )
-    return found
+def _lasting(estimate: Estimate[Problem]) -> list[str]:
+    """Sentence on residuals that are autocorrelated over longer times than in their noise model."""
+    if not bool(estimate.lasting):
+        return []
+    return [
+        "The residuals are autocorrelated over longer times than the noise model covers: the law "
+        "or the sensor is slightly wrong, and the intervals are too narrow by an unknown factor. "
+        "No parameter is identified."
+    ]
 
 
 def _scatter(estimate: Estimate[Problem]) -> list[str]:
@@ -276,7 +265,9 @@ def _at_the_floor(estimate: Estimate[Problem], unit: str, factor: float) -> list
 
 
 def _beyond_the_noise(estimate: Estimate[Problem]) -> list[str]:
-    """Sentence for residuals that are too large or too small for the known noise."""
+    """Sentence for residuals that are too large or too small for the known noise, or larger at
+    impacts than elsewhere.
+    """
     known = estimate.problem.variance()
     times = 1.0 if known is None else float(estimate.rms / known**0.5)
     if times < 1 / _SMALL:
@@ -284,9 +275,17 @@ def _beyond_the_noise(estimate: Estimate[Problem]) -> list[str]:
             f"The stated noise of the sensor is {1 / max(times, 1e-99):.3g} times the residual: "
             "`sigma` is too large, and so are errors and intervals."
         ]
-    if times < _LARGE:
+    if times >= STATED:
+        return [
+            f"The residual is {times:.3g} times the stated noise of the sensor: `sigma` or the law "
+            "is wrong, and so are errors and intervals."
+        ]
+    if not bool(estimate.exceeds_noise):
         return []
+    plain = estimate.system.sensor.low_pass is None
+    hint = " (`--free cutoff` fits a low-pass)" if plain else ""
     return [
-        f"The residual is {times:.3g} times the stated noise of the sensor: `sigma` or the law is "
-        "wrong, and so are errors and intervals."
+        f"The residuals at impacts are more than twice as large as elsewhere: law or sensor{hint} "
+        "does not describe the contacts, and values may be off by more than their intervals. No "
+        "parameter is identified."
     ]

@@ -34,10 +34,10 @@ Coordinates = Float[np.ndarray, "2"]
 class End(enum.Enum):
     """Cause of the end of a curve, with its name as value."""
 
-    RANGE = "end of the range"
+    RANGE = Kind.RANGE.value
     FIRST_RANGE = "end of the first range"
-    GRAZING = "grazing"
-    OTHER_EVENTS = "another itinerary"
+    GRAZING = Kind.GRAZING.value
+    OTHER_EVENTS = Kind.OTHER_EVENTS.value
     POINTS = "largest number of points"
     LOST = "lost by Newton's method"
 

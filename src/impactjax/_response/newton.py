@@ -45,7 +45,7 @@ def sizes_of(linear: Linear, parameter: float) -> Vector:
     values = [np.abs(arcs.y), np.abs(pieces.before), np.abs(pieces.rate) * radian]
     state = np.max(np.concatenate(values), axis=0)
     slopes = np.abs(pieces.slopes[:, 1 : 1 + state.size, : 1 + state.size])
-    response = np.max(slopes @ np.append(radian, state), axis=0)
+    response = np.nan_to_num(np.max(slopes @ np.append(radian, state), axis=0), posinf=0.0)
     state = np.where(state > _ROUNDING * response, state, response)
     state = np.where(state > 0, state, 1.0)
     row = np.concatenate([[linear.period], state, [linear.period]])
