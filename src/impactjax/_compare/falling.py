@@ -25,15 +25,16 @@ def are_of_gravity(accelerations: Accelerations) -> bool:
 
 
 def are_of_a_fall(accelerations: Accelerations, look: FirstLook) -> bool:
-    """True if several flights of different length have one acceleration, as on an incline. Those of
-    an oscillator whose equilibrium is at the stop have one length.
+    """True if several flights of different length have one acceleration, less than that of gravity,
+    as on an incline. Those of an oscillator whose equilibrium is at the stop have one length; a
+    spring that presses it to the stop may give them one acceleration, also a larger one.
     """
     flights = np.diff(look.marks)
     flights = flights[flights > np.max(flights, initial=0.0) / 2]
     if accelerations.size < _SEVERAL or np.max(flights) < _SHRINKS * np.min(flights):
         return False
     usual = float(np.median(accelerations))
-    return usual > 0 and bool(np.all(np.abs(accelerations / usual - 1) < OFF))
+    return 0 < usual < STANDARD_GRAVITY and bool(np.all(np.abs(accelerations / usual - 1) < OFF))
 
 
 def gravities(recording: AbstractRecording, look: FirstLook) -> Accelerations:

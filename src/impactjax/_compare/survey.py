@@ -69,8 +69,8 @@ def survey(
     record: str | Path | RecordingFile | AbstractRecording, said: Statements = Statements()
 ) -> Survey:
     """Survey of a recording; errors are those of `prepare`. Where nobody states the oscillator, and
-    the flights of a recorded height have the acceleration of gravity, it is a ball. If they have
-    another one, it is that of a mass on an incline, and is fitted.
+    the flights of a recorded height have the acceleration of gravity, it is a ball. If they have a
+    smaller one, it is that of a mass on an incline, and is fitted.
     """
     if isinstance(record, str | Path):
         record = read_recording(record)
