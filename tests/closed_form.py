@@ -18,7 +18,7 @@ ANY = Range("1", -np.inf, np.inf, excludes_low=False, known=False)
 POSITIVE = Range("1", 0.0, np.inf, excludes_low=True, known=False)
 FROM_ZERO = Range("1", 0.0, np.inf, excludes_low=False, known=False)
 NO_IMPACTS = ij.ImpactLog(
-    *(jnp.int32(0), jnp.zeros(1), jnp.zeros(1, int)), *(jnp.zeros(1),) * 7, *[jnp.zeros(1, bool)]
+    *(jnp.int32(0), jnp.zeros(1), jnp.zeros(1, int)), *(jnp.zeros(1),) * 5, *[jnp.zeros(1, bool)]
 )
 
 

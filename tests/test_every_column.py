@@ -17,9 +17,8 @@ from reference import richardson
 from tiers import mostly_thorough
 
 DISCRETE = ("count", "stop", "complete")
-COLUMNS = tuple(
-    field.name for field in dataclasses.fields(ij.ImpactLog) if field.name not in DISCRETE
-)
+LOG = tuple(field.name for field in dataclasses.fields(ij.ImpactLog) if field.name not in DISCRETE)
+EXTREMES = ("deepest_penetration", "peak_force")  # of each impact
 
 
 class Case(NamedTuple):
@@ -57,8 +56,9 @@ def outputs(make, parameters, exponents):
         max_steps=2048,
         max_impacts=IMPACTS,
     )
-    log = {column: getattr(run.impacts, column) for column in COLUMNS}
-    return {"position": run.position, "velocity": run.velocity, **log}
+    log = {column: getattr(run.impacts, column) for column in LOG}
+    extremes = {column: getattr(run, column) for column in EXTREMES}
+    return {"position": run.position, "velocity": run.velocity, **log, **extremes}
 
 
 @functools.cache

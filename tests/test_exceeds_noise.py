@@ -63,8 +63,6 @@ def impact_log(begin, durations, complete):
         separation_speed=zeros,
         restitution=zeros,
         duration=jnp.array(durations),
-        deepest_penetration=zeros,
-        peak_force=zeros,
         energy_lost=zeros,
         complete=jnp.array(complete),
     )

@@ -26,7 +26,7 @@ def strike(parameters):
         max_steps=128,
         max_impacts=2,
     )
-    return jnp.stack([run.impacts.deepest_penetration[0], run.impacts.peak_force[0]])
+    return jnp.stack([run.deepest_penetration[0], run.peak_force[0]])
 
 
 PARAMETERS = jnp.array([OMEGA0, GAMMA, SPEED])

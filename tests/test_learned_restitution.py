@@ -116,7 +116,7 @@ def test_force_law_may_have_array_field():
     """Its energy is that of the impact: 100 δ²/2 + 10⁴ δ³/3 = v²/2 at δ = 0.03 for a unit mass."""
     model = ij.ImpactOscillator(ij.FreeMass(1.0), ij.Stop(Series(a=np.array([100.0, 1e4, 0.0]))))
     run = ij.simulate(model, ij.InitialState(0.01, -(0.27**0.5)), jnp.array([0.0, 1.0]))
-    np.testing.assert_allclose(run.impacts.deepest_penetration[0], 0.03, rtol=1e-6)
+    np.testing.assert_allclose(run.deepest_penetration[0], 0.03, rtol=1e-6)
     np.testing.assert_allclose(run.velocity[1], 0.27**0.5, rtol=1e-7)
 
 

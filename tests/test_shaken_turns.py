@@ -33,8 +33,7 @@ def shaken(order, tolerance, gap, parameters):
         max_steps=512,
         max_impacts=8,
     )
-    log = run.impacts
-    found = jnp.stack([run.nearest_miss, log.deepest_penetration[0], log.peak_force[0]])
+    found = jnp.stack([run.nearest_miss, run.deepest_penetration[0], run.peak_force[0]])
     return jnp.where(run.result == ij.RESULTS.successful, found, jnp.nan)
 
 

@@ -63,7 +63,7 @@ def shaken(parameters):
         model, ij.InitialState(start), ts, t0=t0, tolerance=1e-11, max_steps=512, max_impacts=64
     )
     since = jnp.where(run.impacts.happened, run.impacts.time - t0, 0.0)
-    return run.position, since, run.impacts.peak_force, run.impacts.count
+    return run.position, since, run.peak_force, run.impacts.count
 
 
 PLAIN = np.array([10.0, 400.0, 0.02, 14.0, 0.3, 0.01, 0.05, 0.0])

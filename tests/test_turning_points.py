@@ -78,8 +78,7 @@ def rubbed(speed):
         max_steps=96,
         max_impacts=4,
     )
-    log = run.impacts
-    return jnp.concatenate([log.deepest_penetration[:2], log.peak_force[:2]])
+    return jnp.concatenate([run.deepest_penetration[:2], run.peak_force[:2]])
 
 
 def until(flow, reached, y, direction):
@@ -178,8 +177,7 @@ def first_contact(oscillator, law, initial):
         max_steps=256,
         max_impacts=4,
     )
-    log = run.impacts
-    return jnp.stack([log.deepest_penetration[0], log.peak_force[0]])
+    return jnp.stack([run.deepest_penetration[0], run.peak_force[0]])
 
 
 @thorough

@@ -15,9 +15,9 @@ from .classes import Class, model
 
 ROWS = 128  # of the impact log
 DISCRETE = ("count", "stop", "complete")
-COLUMNS = tuple(
-    field.name for field in dataclasses.fields(ij.ImpactLog) if field.name not in DISCRETE
-)
+LOG = tuple(field.name for field in dataclasses.fields(ij.ImpactLog) if field.name not in DISCRETE)
+EXTREMES = ("deepest_penetration", "peak_force")  # of each impact
+COLUMNS = (*LOG, *EXTREMES)
 Outputs = dict[str, Array]
 
 
@@ -39,7 +39,7 @@ def program(each: Class, tolerance: float, with_derivatives: bool) -> Callable[.
             max_steps=each.steps,
             max_impacts=ROWS,
         )
-        log = {name: getattr(run.impacts, name) for name in COLUMNS}
+        log = {name: getattr(run.impacts, name) for name in LOG}
         smooth = {
             "position": run.position,
             "velocity": run.velocity,
@@ -47,6 +47,7 @@ def program(each: Class, tolerance: float, with_derivatives: bool) -> Callable[.
             "rests.end": run.rests.end,
             "nearest_miss": run.nearest_miss,
             **log,
+            **{name: getattr(run, name) for name in EXTREMES},
         }
         rest = {
             "count": run.impacts.count,

@@ -139,4 +139,4 @@ def _no_impacts(like: Residuals) -> ImpactLog:
     """The impact log of data in which no impact is told apart."""
     none = jnp.zeros(1, like.dtype)
     count, stop, complete = jnp.int32(0), jnp.zeros(1, jnp.int32), jnp.zeros(1, bool)
-    return ImpactLog(count, none, stop, none, none, none, none, none, none, none, complete)
+    return ImpactLog(count, none, stop, none, none, none, none, none, complete)

@@ -14,6 +14,7 @@ from impactjax._fit.estimate import Estimate
 from impactjax._fit.used_prior import prior_words
 from impactjax._number_format import interval
 from impactjax._problem.problem import Problem
+from impactjax._report.contacts import contacts_of
 from impactjax._report.given import given
 from impactjax._report.outcome import outcome_of, was_simulated
 
@@ -87,13 +88,17 @@ def _unit(unit: str) -> str:
 
 
 def impact_rows(estimate: Estimate[Problem]) -> list[Row]:
-    """One row for each of the first forty impacts of the fitted motion."""
+    """One row for each of the first forty impacts of the fitted motion. Penetration and force are
+    those of a contact at this speed without weight or drive, if the law has them in closed form.
+    """
     log = jax.device_get(estimate.impacts)  # indexing NumPy arrays compiles nothing
     count = min(int(log.count), _MOST_IMPACTS)
     mass = float(estimate.system.model.oscillator.mass)
+    contacts = contacts_of(estimate.system.model, log)
     rows = []
     for i in range(count):
-        complete, soft = bool(log.complete[i]), float(log.deepest_penetration[i]) > 0
+        complete, soft = bool(log.complete[i]), bool(contacts.soft[i])
+        depth, force = float(contacts.penetration[i]), float(contacts.force[i])
         r = float(log.restitution[i])
         rows.append(
             {
@@ -104,8 +109,8 @@ def impact_rows(estimate: Estimate[Problem]) -> list[Row]:
                 "restitution": f"{r:.4f}" if complete else ABSENT,
                 "lost": f"{100 * (1 - r**2):.1f}" if complete else ABSENT,
                 "duration": f"{1e3 * float(log.duration[i]):.3g}" if complete and soft else ABSENT,
-                "penetration": f"{1e3 * float(log.deepest_penetration[i]):.3g}" if soft else ABSENT,
-                "force": f"{float(log.peak_force[i]) / mass:.3g}" if soft else ABSENT,
+                "penetration": f"{1e3 * depth:.3g}" if math.isfinite(depth) else ABSENT,
+                "force": f"{force / mass:.3g}" if math.isfinite(force) else ABSENT,
             }
         )
     return rows

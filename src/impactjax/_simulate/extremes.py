@@ -82,7 +82,6 @@ class _Highest(NamedTuple):
 
 def extremes(
     step: AbstractStep,
-    misses: bool,
     model: ImpactOscillator,
     path: Path,
     record: Record,
@@ -90,7 +89,6 @@ def extremes(
     count: int,
 ) -> Extremes:
     """The extremes of a run of `count` impacts; `slots` has the number of each step's impact.
-    Without `misses` nobody asks for the nearest miss, and both distances are infinite.
 
     Three questions share one search for turns:
 
@@ -100,17 +98,17 @@ def extremes(
       turns of the steps in its contact
     - peak force of an impact: likewise of the forces
     """
-    nothing, far = jnp.zeros(count, path.t.dtype), jnp.full_like(path.t[0], jnp.inf)
-    if not walls(model) or not (misses or is_compliant(model)):
-        return Extremes(nothing, nothing, far, far)
+    nothing = without_extremes(count, path.t[0])
+    if not walls(model):
+        return nothing
     log = record.log
     tracks = tracks_of(model, record)
     nodes = nodes_of(step, model, path, record, tracks)
     turns = _turns(step, model, path, record, tracks, nodes)
     start, end = _at_ends(model, path, record, tracks)
-    closest = _misses(model, record, tracks, nodes, turns, end) if misses else (far, far)
+    closest = _misses(model, record, tracks, nodes, turns, end)
     if not is_compliant(model):
-        return Extremes(nothing, nothing, *closest)
+        return Extremes(nothing.penetration, nothing.force, *closest)
     touching = log.taken & (log.mode.phase == Phase.CONTACT) & (slots >= 0)
     highest = [
         _highest(
@@ -125,6 +123,12 @@ def extremes(
         for quantity in (_PENETRATION, _FORCE)
     ]
     return Extremes(highest[_PENETRATION], highest[_FORCE], *closest)
+
+
+def without_extremes(count: int, like: Scalar) -> Extremes:
+    """The extremes of a run of `count` impacts that has none, with the type of `like`."""
+    nothing, far = jnp.zeros(count, like.dtype), jnp.full_like(like, jnp.inf)
+    return Extremes(nothing, nothing, far, far)
 
 
 def _misses(

@@ -1,4 +1,4 @@
-"""The impact log: times, speeds, durations and extremes of all impacts."""
+"""The impact log: times, speeds and durations of all impacts."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from impactjax._known import AnyArray, namespace
 from impactjax._model.impact_oscillator import ImpactOscillator
 from impactjax._simulate.automaton import Automaton
 from impactjax._simulate.compliant_stop import PullFree, Surface
-from impactjax._simulate.extremes import extremes
+from impactjax._simulate.extremes import Extremes, extremes, without_extremes
 from impactjax._simulate.lane import Log, Record, factors_of
 from impactjax._simulate.magnification import magnification
 from impactjax._simulate.replay import Path
@@ -30,7 +30,6 @@ class ImpactLog(eqx.Module):
       zero if contact resumes inside the indentation while the mass moves away.
     - `restitution`: their ratio [1].
     - `duration`: duration of the contact; zero at a rigid stop [s].
-    - `deepest_penetration`, `peak_force`: of the contact; zero at a rigid stop [m], [N].
     - `energy_lost`: kinetic energy before minus after [J].
 
     A contact that has not ended at the end of the run has no separation: `complete` is false there,
@@ -44,8 +43,6 @@ class ImpactLog(eqx.Module):
     separation_speed: Float[Array, "... impacts"]
     restitution: Float[Array, "... impacts"]
     duration: Float[Array, "... impacts"]
-    deepest_penetration: Float[Array, "... impacts"]
-    peak_force: Float[Array, "... impacts"]
     energy_lost: Float[Array, "... impacts"]
     complete: Bool[Array, "... impacts"]
 
@@ -68,25 +65,25 @@ class _Ends(NamedTuple):
 
 
 class Impacts(NamedTuple):
-    """The impacts of a lane, their number, the nearest miss, and the magnification of errors."""
+    """The impacts of a lane, their number, extremes, and the magnification of errors."""
 
     log: ImpactLog
     total: Int[Array, ""]
-    nearest_miss: Scalar
+    extremes: Extremes
     magnification: Scalar
 
 
 def impacts_of(
     step: AbstractStep,
     max_impacts: int,
-    misses: bool,
+    with_extremes: bool,
     model: ImpactOscillator,
     path: Path,
     record: Record,
     factors: Factors | None,
 ) -> Impacts:
-    """The impact log of a lane, with `max_impacts` rows. Nearest misses are looked for if `misses`;
-    otherwise they are infinite, and magnify no errors.
+    """The impact log of a lane, with `max_impacts` rows, and its extremes if `with_extremes`. Else
+    there is no nearest miss, which would magnify errors.
     """
     ends = jax.vmap(lambda path, log: _read(model, path, log))(path, record.log)
     number = jnp.cumsum(ends.begins, dtype=jnp.int32) - 1
@@ -108,7 +105,6 @@ def impacts_of(
         own = factors_of(factors, jnp.arange(max_impacts))
         separation = separation * jnp.where(scales, own, 1.0)
     moving = complete & (approach > 0)
-    deepest, peak, turn, end = extremes(step, misses, model, path, record, number, max_impacts)
     log = ImpactLog(
         count=jnp.minimum(total, max_impacts),
         time=time,
@@ -117,15 +113,18 @@ def impacts_of(
         separation_speed=separation,
         restitution=jnp.where(moving, separation / jnp.where(moving, approach, 1), 0),
         duration=jnp.where(complete, gather(end_time, closed) - time, 0),
-        deepest_penetration=deepest,
-        peak_force=peak,
         energy_lost=jnp.where(complete, mass * (approach**2 - separation**2) / 2, 0),
         complete=complete,
     )
-    magnified = magnification(
-        model, path, record, ends.begins, number, log.restitution, log.duration, turn
+    found = (
+        extremes(step, model, path, record, number, max_impacts)
+        if with_extremes
+        else without_extremes(max_impacts, path.t[0])
     )
-    return Impacts(log, total, jnp.minimum(turn, end), magnified)
+    magnified = magnification(
+        model, path, record, ends.begins, number, log.restitution, log.duration, found.closest_turn
+    )
+    return Impacts(log, total, found, magnified)
 
 
 def _read(model: ImpactOscillator, path: Path, log: Log) -> _Ends:

@@ -109,7 +109,7 @@ def simulate_logged(
     factors: Numbers | None,
 ) -> Trajectory:
     """Variant of `simulate`. The impact log is computed, without derivatives, if `logged` is true
-    when the program runs; otherwise it is zero. Nearest misses are not looked for.
+    when the program runs; otherwise it is zero. Extremes are not looked for.
     """
     check_kind("model", model, ImpactOscillator, "ImpactOscillator(Pendulum(13.0))")
     check_kind("chatter", chatter, Chatter, "Chatter(below=1e-3)")
@@ -176,7 +176,7 @@ def _simulate(
     position, velocity = sample(step, model, path, record, times)
     tell = partial(impacts_of, step, max_impacts, logged is None)
     tell = tell if logged is None else _if_asked(logged, tell)
-    impacts, total, nearest_miss, magnified = tell(model, path, record, factors)
+    impacts, total, found, magnified = tell(model, path, record, factors)
     rests, rests_total = rests_of(path, record.log, max_impacts)
     overflows = jnp.maximum(total, rests_total) > max_impacts
     full = RESULTS.where(overflows, RESULTS.max_impacts_reached, RESULTS.successful)
@@ -190,7 +190,9 @@ def _simulate(
         impacts=impacts,
         rests=rests,
         jumps=jumps_of(path, record.log, max_impacts),
-        nearest_miss=nearest_miss,
+        deepest_penetration=found.penetration,
+        peak_force=found.force,
+        nearest_miss=jnp.minimum(found.closest_turn, found.end),
         magnification=magnified,
         final=dataclasses.replace(record.final, point=end),
         result=RESULTS.where(runs, ended, verdict),

@@ -66,8 +66,8 @@ def single_impact(
         found = Equivalents(
             restitution=log.restitution[0],
             duration=jnp.where(separates, log.duration[0], jnp.inf),
-            deepest_penetration=log.deepest_penetration[0] + _creep(run),
-            peak_force=log.peak_force[0],
+            deepest_penetration=run.deepest_penetration[0] + _creep(run),
+            peak_force=run.peak_force[0],
             energy_lost=jnp.where(separates, log.energy_lost[0], m * v**2 / 2),
         )
         fine = run.result == RESULTS.successful

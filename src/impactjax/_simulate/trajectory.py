@@ -29,6 +29,8 @@ class Trajectory(eqx.Module):
     - `impacts`: the impact log.
     - `rests`: the rest log.
     - `jumps`: times and sizes of the jumps of velocity.
+    - `deepest_penetration`, `peak_force`: of the contact of each impact, in the rows of the impact
+      log; zero at a rigid stop [m], [N].
     - `nearest_miss`: least distance from a stop without touching it, at a turn in flight or at the
       end of a run on the way to a stop; infinite without either [m]. Together with the smallest
       approach speed in the impact log it shows how far the number of impacts is from changing:
@@ -49,6 +51,8 @@ class Trajectory(eqx.Module):
     impacts: ImpactLog
     rests: RestLog
     jumps: Jumps
+    deepest_penetration: Float[Array, "... impacts"]
+    peak_force: Float[Array, "... impacts"]
     nearest_miss: Float[Array, "..."]
     magnification: Float[Array, "..."]
     final: LaneState

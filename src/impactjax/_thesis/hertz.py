@@ -131,7 +131,7 @@ def figure_3_8() -> Made:
     apart = [
         np.degrees(np.abs(each.position - motions[0].position)[near].max()) for each in motions
     ]
-    deep = np.degrees(motions[1].impacts.deepest_penetration[0] / LENGTH)
+    deep = np.degrees(motions[1].deepest_penetration[0] / LENGTH)
     return Made(
         drawn,
         (

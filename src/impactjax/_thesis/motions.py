@@ -79,6 +79,7 @@ class Motion(NamedTuple):
 
     - `ts`, `position`, `velocity`: samples [s], [rad], [rad/s].
     - `impacts`, `rests`: the logs, rows from their `count` on are zero.
+    - `deepest_penetration`: of each impact [m].
     """
 
     ts: np.ndarray
@@ -86,6 +87,7 @@ class Motion(NamedTuple):
     velocity: np.ndarray
     impacts: ij.ImpactLog
     rests: ij.RestLog
+    deepest_penetration: np.ndarray
 
     def late(self, column: Column) -> np.ndarray:
         """The rows of a column of the impact log within the samples."""
@@ -137,7 +139,8 @@ def _run(lane: Lane) -> tuple[PyTree, ij.RESULTS]:
         max_steps=_MAX_STEPS,
         max_impacts=_MAX_IMPACTS,
     )
-    return (ts, found.position, found.velocity, found.impacts, found.rests), found.result
+    logs = found.impacts, found.rests, found.deepest_penetration
+    return (ts, found.position, found.velocity, *logs), found.result
 
 
 def period(motion: Motion) -> int:
