@@ -29,7 +29,7 @@ def enlarged(
     if that lowers the criterion more; `None` without need.
     """
     best = ranked(fits)[0]
-    if low_pass is not None and bool(best.estimate.exceeds_noise):
+    if low_pass is not None:
         filtered = _with_low_pass(own, fits, best, low_pass, settings)
         if filtered is not None:
             return filtered
@@ -47,10 +47,11 @@ def _with_low_pass(
     low_pass: Butterworth,
     settings: Settings,
 ) -> Change | None:
-    """All models behind a low-pass; `None` if it does not lower the criterion clearly, or is there
-    already. It may only have led a search out of a false minimum: then that is repeated without it.
+    """All models behind a low-pass; `None` if there is one, if no residuals exceed the noise, or if
+    it does not lower the criterion clearly. It may only have led a search out of a false minimum:
+    then that is repeated without it.
     """
-    if own[best.name].sensor.low_pass is not None:
+    if own[best.name].sensor.low_pass is not None or not bool(best.estimate.exceeds_noise):
         return None
     wider = {name: behind(each, low_pass) for name, each in own.items()}
     more = fit_models(wider, settings, fits)

@@ -47,7 +47,7 @@ class Setup(NamedTuple):
     - `laws`: laws to try; `None` if they follow from the recording.
     - `separation`: rule for the end of a contact; `None` for each law's own.
     - `upper`: second stop; none if `None`.
-    - `possible_low_pass`: low-pass to try if the residuals without one exceed the noise.
+    - `possible_low_pass`: low-pass that nobody stated, and that there may be or not.
     """
 
     oscillator: AbstractOscillator

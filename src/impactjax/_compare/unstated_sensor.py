@@ -101,6 +101,7 @@ def _with_low_pass(recording: AbstractRecording, setup: Setup, said: set[str]) -
     """
     if not _may_be_filtered(recording, setup, said):
         return setup
+    setup = with_possible_low_pass(recording, setup, said) if recording.jumps else setup
     setup = _filtered(setup, _usual_cutoff(recording))
     return setup._replace(free=(*setup.free, "cutoff"))
 

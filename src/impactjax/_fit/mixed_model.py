@@ -252,10 +252,13 @@ def _around_the_peak(
 
 
 def whitened(columns: Columns, effects: Effects, ratio: Number) -> Columns:
-    """Columns in units of random effects and noise together: (I + λ A Aᵀ)^(−1/2) times them."""
+    """Columns in units of random effects and noise together: (I + λ A Aᵀ)^(−1/2) times them. With
+    an infinite ratio λ nothing is left along the effects.
+    """
     xp = namespace(columns, effects, ratio)
     axes, lengths, _ = xp.linalg.svd(effects, full_matrices=False)
-    shrunk = 1 / xp.sqrt(1 + ratio * lengths**2) - 1
+    felt = lengths > 0
+    shrunk = xp.where(felt, 1 / xp.sqrt(1 + ratio * xp.where(felt, lengths, 1.0) ** 2) - 1, 0.0)
     return columns + (axes * shrunk) @ (axes.T @ columns)
 
 

@@ -130,6 +130,11 @@ class AbstractRecording(eqx.Module):
     def shows_rate(self) -> bool:
         """True if the velocity or the acceleration of the coordinate was recorded."""
 
+    @property
+    @abc.abstractmethod
+    def jumps(self) -> bool:
+        """True if the recorded quantity jumps at an impact without duration: for a velocity."""
+
     @abc.abstractmethod
     def curves(self, residuals: np.ndarray) -> Curves:
         """Recorded and fitted curves, in the unit `shown`."""

@@ -106,6 +106,10 @@ class ImpactTimes(AbstractRecording):
     def shows_rate(self) -> bool:
         return False
 
+    @property
+    def jumps(self) -> bool:
+        return False
+
     def curves(self, residuals: np.ndarray) -> Curves:
         unit, factor = self.shown
         times, valid = np.asarray(self.times), np.asarray(self.valid)

@@ -109,8 +109,7 @@ class Recording(AbstractRecording):
 
     @property
     def shown(self) -> tuple[str, float]:
-        unit = self.quantity.shown
-        return unit, 1 / self.quantity.units[unit]
+        return self.quantity.shown, 1 / self.quantity.units[self.quantity.shown]
 
     @property
     def axis(self) -> tuple[np.ndarray, str]:
@@ -131,6 +130,10 @@ class Recording(AbstractRecording):
     @property
     def shows_rate(self) -> bool:
         return self.quantity.derivative in (1, 2)
+
+    @property
+    def jumps(self) -> bool:
+        return self.quantity.derivative == 1
 
     def curves(self, residuals: np.ndarray) -> Curves:
         unit, factor = self.shown
@@ -191,8 +194,7 @@ class Recording(AbstractRecording):
         end = xp.where(impacts.complete, begin + impacts.duration, xp.inf)
         number = np.arange(ts.shape[0])
         behind, ahead = (ts[np.clip(number + n, 0, number[-1])] for n in (-_BESIDE, _BESIDE))
-        touches = (ahead[:, None] >= begin) & (behind[:, None] <= end)
-        return xp.any(touches, axis=-1)
+        return xp.any((ahead[:, None] >= begin) & (behind[:, None] <= end), axis=-1)
 
     def within(self, share: float) -> Valid:
         ts = plain(self.ts)

@@ -1,0 +1,64 @@
+"""A low-pass that was fitted to a recorded velocity, and passes nearly all."""
+
+import dataclasses
+
+import numpy as np
+
+from impactjax._compare.comparison import Fitted
+from impactjax._compare.fit_models import Change, Settings, fit_models, ranked
+from impactjax._compare.ranking import CLEAR, fall
+from impactjax._problem.experiment import Experiment
+from impactjax._record.abstract_recording import AbstractRecording
+from impactjax._record.read_recording import count_of
+from impactjax._sensor.low_pass import Butterworth
+
+_PASSES = 4.0  # cutoff, relative to the usual one, above which a low-pass passes nearly all
+
+
+def without_needless_low_pass(
+    own: dict[str, Experiment],
+    fits: dict[str, Fitted],
+    low_pass: Butterworth | None,
+    settings: Settings,
+) -> Change | None:
+    """All models without the low-pass that was fitted to a recorded velocity; `None` unless the
+    impacts have no duration and it passes nearly all, or if it lowers the criterion clearly.
+
+    The cutoff of such a low-pass has false minima, and without one the likelihood jumps where an
+    impact passes a sample. So samples beside impacts, from which alone such a cutoff follows, are
+    left out of both fits that are compared.
+
+    **Arguments:**
+
+    - `low_pass`: the low-pass that was fitted first, which nobody stated; `None` if there is none.
+    """
+    best = ranked(fits)[0]
+    filtered, log = own[best.name], best.estimate.impacts
+    if low_pass is None or filtered.sensor.low_pass is None or np.any(log.duration):
+        return None
+    if not float(best.estimate["cutoff"].value) > _PASSES * float(low_pass.cutoff):
+        return None
+    recording = filtered.recording
+    beside = recording.at_impacts(log, best.estimate.system.sensor.delay)
+    if not np.any(beside & np.asarray(recording.valid)):
+        return None
+    rest = recording.without(beside)
+    plain = {name: _unfiltered(each, rest) for name, each in own.items()}
+    fewer = fit_models(plain, settings, fits)
+    apart = {best.name: dataclasses.replace(filtered, recording=rest)}
+    again = fit_models(apart, settings, {best.name: best})[best.name]
+    found = ranked(fewer)[0].estimate
+    if not bool(found.converged) or fall(found, again.estimate) >= CLEAR:
+        return None
+    said = (
+        "The record does not ask for a low-pass, which was fitted first: there is none, and "
+        f"{count_of(beside, 'sample')} beside a jump of velocity, and left out."
+    )
+    return Change(plain, fewer, said)
+
+
+def _unfiltered(experiment: Experiment, recording: AbstractRecording) -> Experiment:
+    """The experiment without a low-pass, on a recording."""
+    sensor = dataclasses.replace(experiment.sensor, low_pass=None)
+    free = [name for name in experiment.free if name != "cutoff"]
+    return dataclasses.replace(experiment, recording=recording, sensor=sensor, free=free)
