@@ -1,25 +1,33 @@
-"""Outliers beside impacts, which only the residuals of a fit show."""
+"""Samples beside impacts that are left out: outliers, and jumps of a velocity."""
 
 import dataclasses
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 import impactjax as ij
 from estimates import line
 from impactjax._compare.outliers_of_fit import outliers
 from reference import ball, simulate_rigid
-from tiers import quick
+from tiers import mostly_thorough, quick
 
 TS, SIZE, TRUTH = np.arange(700) / 500, 0.02, 0.7  # noise of a velocity [m/s], and restitution
+MOTION = simulate_rigid(ball(), [0.4, 0.0], TS, lambda speed: TRUTH)  # by SciPy
 
 
-def recorded(wrong):
-    """Velocity of a ball by SciPy; `wrong` samples are off by 1 m/s."""
-    motion = simulate_rigid(ball(), [0.4, 0.0], TS, lambda speed: TRUTH)
-    values = motion.velocity + SIZE * np.random.default_rng(5).standard_normal(len(TS))
+def recorded(wrong, seed=5):
+    """Velocity of a ball; `wrong` samples are off by 1 m/s."""
+    values = MOTION.velocity + SIZE * np.random.default_rng(seed).standard_normal(len(TS))
     values[wrong] += 1.0
     return ij.Recording(TS, values, ij.Velocity())
+
+
+def near_jumps(samples):
+    """The mask of samples up to some number away from a jump, on each side."""
+    after = np.searchsorted(TS, MOTION.impact_times)
+    number = np.arange(len(TS))[:, None]
+    return np.any((number < after + samples) & (number >= after - samples), axis=1)
 
 
 def compared(recording):
@@ -31,8 +39,7 @@ def compared(recording):
 
 def test_wrong_samples_beside_impacts_are_left_out():
     """The motion is fast there: of the record alone they are no outliers."""
-    impacts = simulate_rigid(ball(), [0.4, 0.0], TS, lambda speed: TRUTH).impact_times
-    wrong = np.searchsorted(TS, impacts[:3]) - 3
+    wrong = np.searchsorted(TS, MOTION.impact_times[:3]) - 3
     recording = recorded(wrong)
     assert not np.any(recording.outliers())
     found = compared(recording)
@@ -41,13 +48,22 @@ def test_wrong_samples_beside_impacts_are_left_out():
     assert r.verdict is ij.Verdict.IDENTIFIED
     assert r.low < TRUTH < r.high
     used = np.asarray(found.best.estimate.problem.recording.valid)
-    np.testing.assert_array_equal(np.flatnonzero(~used), wrong)
+    assert not np.any(used[wrong])
+    assert np.count_nonzero(~used & ~near_jumps(3)) == 0
 
 
-def test_clean_record_is_kept_whole():
-    found = compared(recorded([]))
+@pytest.mark.parametrize("seed", mostly_thorough([0, 1, 2, 3], 0))
+def test_clean_velocity_of_a_rigid_stop_has_no_low_pass_and_no_samples_at_jumps(seed):
+    """A jump is between two samples or not: a fitted cutoff explains a wrong answer to that."""
+    found = compared(recorded([], seed))
     assert not any("far from the best fit" in note for note in found.notes)
-    assert np.all(found.best.estimate.problem.recording.valid)
+    assert any("does not ask for a low-pass, which was fitted first" in x for x in found.notes)
+    used = np.asarray(found.best.estimate.problem.recording.valid)
+    assert not np.any(used & near_jumps(1))
+    assert np.all(used | near_jumps(3))
+    r = found.best.estimate["r"]
+    assert r.verdict is ij.Verdict.IDENTIFIED
+    assert r.low < TRUTH < r.high
 
 
 @quick

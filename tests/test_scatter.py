@@ -171,6 +171,15 @@ def test_whitened_columns_have_the_inverse_covariance():
 
 
 @quick
+def test_whitening_by_an_infinite_ratio_leaves_what_no_effect_reaches():
+    _, jacobian, effects = small_model()
+    effects = np.concatenate([effects, np.zeros((9, 1))], axis=1)
+    found = whitened(jacobian, effects, np.float64(np.inf))
+    beside = jacobian - effects @ np.linalg.lstsq(effects, jacobian)[0]
+    np.testing.assert_allclose(found, beside, atol=1e-12)
+
+
+@quick
 def test_traced_mixed_model_equals_that_in_numpy():
     with jax.enable_x64(True):
         traced, plain = jax.jit(lambda: solved(jnp.asarray))(), solved()

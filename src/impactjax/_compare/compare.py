@@ -90,13 +90,13 @@ def compare_by(
     settings = Settings(starts, optimiser, search, progress, each)
     fits, said = fit_models(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
-        plain = without_needless_low_pass(own, fits, low_pass, settings)
-        if plain is not None:
-            own, fits, sentence = plain
-            said.append(sentence)
         cleaned = without_outliers(own, fits, settings)
         if cleaned is not None:
             own, fits, sentence = cleaned
+            said.append(sentence)
+        plain = without_needless_low_pass(own, fits, low_pass, settings)
+        if plain is not None:
+            own, fits, sentence = plain
             said.append(sentence)
         change = enlarged(own, fits, may_rub, low_pass, settings)
         if change is None or not explains_more(fits, change.fits, own, search):

@@ -39,7 +39,7 @@ def without_needless_low_pass(
     if not float(best.estimate["cutoff"].value) > _PASSES * float(low_pass.cutoff):
         return None
     recording = filtered.recording
-    beside = recording.at_impacts(log, best.estimate.system.sensor.delay)
+    beside = np.asarray(recording.at_impacts(log, best.estimate.system.sensor.delay))
     if not np.any(beside & np.asarray(recording.valid)):
         return None
     rest = recording.without(beside)
