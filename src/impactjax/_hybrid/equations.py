@@ -62,11 +62,16 @@ class Equations(eqx.Module):
         values = self.guards(t, y, mode)
         return jnp.stack(values) if values else jnp.zeros(0, t.dtype)
 
-    def jump(self, event: Code, t: Scalar, y: State, mode: Mode) -> Jump:
-        """State and mode after the transition numbered `event`; unchanged for `NO_EVENT`."""
+    def jump(
+        self, event: Code, t: Scalar, y: State, mode: Mode, towards: Mode | None = None
+    ) -> Jump:
+        """State and mode after the transition numbered `event`; unchanged for `NO_EVENT`. With
+        `towards`, an endless series is summed where that alone leads to this mode, else where its
+        tail holds.
+        """
         after = Jump(y, mode, jnp.zeros_like(t), jnp.zeros((), bool))
         for number, transition in enumerate(self.transitions()):
-            taken = _taken(transition, t, y, mode)
+            taken = _taken(transition, t, y, mode, towards)
             after = choose(event == number, taken, after)
         return after
 
@@ -80,7 +85,7 @@ def _guard(number: int, transition: Transition, t: Scalar, y: State, mode: Mode)
     return value
 
 
-def _taken(transition: Transition, t: Scalar, y: State, mode: Mode) -> Jump:
+def _taken(transition: Transition, t: Scalar, y: State, mode: Mode, towards: Mode | None) -> Jump:
     nothing = jnp.zeros_like(t)
     if transition.jump is None:
         return Jump(y, mode, nothing, jnp.ones((), bool))
@@ -99,7 +104,11 @@ def _taken(transition: Transition, t: Scalar, y: State, mode: Mode) -> Jump:
         mode=alike_in_shape("tail", tail.mode, mode),
         wait=jnp.asarray(tail.duration, t.dtype),
     )
-    return choose(jnp.asarray(tail.holds), summed, after)
+    holds = jnp.asarray(tail.holds)
+    if towards is not None:
+        sums, jumps = same(summed.mode, towards), same(after.mode, towards)
+        holds = jnp.where(sums == jumps, holds, sums)
+    return choose(holds, summed, after)
 
 
 def alike_in_shape(name: str, tree: PyTree, like: PyTree) -> PyTree:
@@ -122,6 +131,12 @@ def alike_in_shape(name: str, tree: PyTree, like: PyTree) -> PyTree:
         return jnp.broadcast_to(jnp.asarray(leaf, like.dtype), like.shape)
 
     return jax.tree_util.tree_map_with_path(shaped, tree, like)
+
+
+def same(mode: Mode, other: Mode) -> Flag:
+    """True if two modes are equal."""
+    equal = jax.tree.map(lambda a, b: jnp.all(a == b), mode, other)
+    return jnp.all(jnp.stack(jax.tree.leaves(equal)))
 
 
 def choose(condition: Flag, yes: PyTree, no: PyTree) -> PyTree:

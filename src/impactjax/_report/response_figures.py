@@ -22,6 +22,7 @@ _MARKERS = {
     "period doubling": "D",
     "Neimark-Sacker": "^",
     "grazing": "o",
+    "onset of sticking": "P",
     "another itinerary": "v",
 }
 

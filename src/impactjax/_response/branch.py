@@ -24,8 +24,9 @@ class Visited(NamedTuple):
 class SpecialPoint(NamedTuple):
     """Special point of a branch.
 
-    - `kind`: its name: fold, period doubling, Neimark-Sacker, grazing, another itinerary (two
-      events change their order, or a jump leads to another mode), or end of the range.
+    - `kind`: its name: fold, period doubling, Neimark-Sacker, grazing, onset of sticking (of a rest
+      that follows a complete chatter), another itinerary (two events change their order, or a jump
+      leads to another mode), or end of the range.
     - `place`: its number among the points of the branch.
     - `parameter`: value of the parameter.
     - `orbit`: its orbit.

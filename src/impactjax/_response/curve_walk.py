@@ -37,6 +37,7 @@ class End(enum.Enum):
     RANGE = Kind.RANGE.value
     FIRST_RANGE = "end of the first range"
     GRAZING = Kind.GRAZING.value
+    STICKING = Kind.STICKING.value
     OTHER_EVENTS = Kind.OTHER_EVENTS.value
     POINTS = "largest number of points"
     LOST = "lost by Newton's method"
@@ -44,6 +45,7 @@ class End(enum.Enum):
 
 _NO_MOTION = {
     Kind.GRAZING: End.GRAZING,
+    Kind.STICKING: End.STICKING,
     Kind.OTHER_EVENTS: End.OTHER_EVENTS,
     Kind.RANGE: End.FIRST_RANGE,
 }

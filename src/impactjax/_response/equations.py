@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from impactjax._hybrid.equations import NO_EVENT, Equations
+from impactjax._hybrid.equations import NO_EVENT, Equations, same
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.numbers import packed, unpacked
 from impactjax._hybrid.step import AbstractFlowStep
@@ -66,6 +66,7 @@ class Pieces(NamedTuple):
     - `fall`: rate of the guard of its event at its end.
     - `least`: least local minimum of each guard inside.
     - `others`: guards at its end, that of its event left out.
+    - `wait`: duration of an endless series of events that is summed at its end.
     - `kept`: true if the jump leads to the mode of the next segment.
     - `result`: result code of its flow.
     """
@@ -77,6 +78,7 @@ class Pieces(NamedTuple):
     fall: Float[AnyArray, "*segments"]
     least: Float[AnyArray, "*segments guards"]
     others: Float[AnyArray, "*segments guards"]
+    wait: Float[AnyArray, "*segments"]
     kept: Bool[AnyArray, "*segments"]
     result: RESULTS
 
@@ -150,7 +152,7 @@ def _piece(
         system = family.at(parameter)
         equations, start = Equations(system), Start(t, unpacked(y, family.like), mode)
         end = flown(family.step, system, start, d, family.tolerance, family.scale, family.max_steps)
-        jump = equations.jump(event, t + d, end.end, mode)
+        jump = equations.jump(event, t + d, end.end, mode, following)
 
         def guards(t: Scalar, y: State) -> Array:
             return equations.guard_values(t, y, mode)
@@ -170,14 +172,14 @@ def _piece(
         after = jnp.concatenate([(t + d + jump.wait)[None], packed(jump.y), condition[None]])
         near = _PASSED * jnp.abs(slope * d)
         passed = (first < -near) | ((first <= near) & (slope < 0))
-        same = jax.tree.map(lambda a, b: jnp.all(a == b), jump.mode, following)
         return after, (
             packed(end.end),
             packed(rate),
             jnp.sum(jnp.where(own, fall, 0.0)),
             jnp.where(passed, jnp.inf, end.least),
             jnp.where(passed | own, jnp.inf, last),
-            jnp.all(jnp.stack(jax.tree.leaves(same))),
+            jump.wait,
+            same(jump.mode, following),
             end.result,
             after,
         )

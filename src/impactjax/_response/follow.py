@@ -38,8 +38,8 @@ def follow(
     Pseudo-arclength continuation: a step along the tangent of the branch, then Newton's method in
     the plane across it, so that the branch may turn back at folds. Special points between two
     points are found as zeros of functions that change sign there, to rounding. The branch ends
-    where the parameter leaves its range, and where the orbit grazes or its events change their
-    order, since the orbits beyond are no motions.
+    where the parameter leaves its range, and where the orbit grazes, where a rest after a complete
+    chatter vanishes, or its events change their order: the orbits beyond are no motions.
 
     **Arguments:**
 

@@ -8,6 +8,8 @@ grazing, where multipliers are infinite:
   period solves the linearised equations.
 - Neimark-Sacker: product of μᵢ μⱼ − 1 over all pairs of multipliers but that of a shift in time.
 - grazing: speed at which the guard of an event falls, or local minimum of a guard.
+- onset of sticking: duration of the rest that follows a complete chatter. Its accuracy is that of
+  the sum of the chatter, about the longest duration that is summed.
 """
 
 import enum
@@ -35,6 +37,7 @@ class Kind(enum.Enum):
     PERIOD_DOUBLING = "period doubling"
     NEIMARK_SACKER = "Neimark-Sacker"
     GRAZING = "grazing"
+    STICKING = "onset of sticking"
     OTHER_EVENTS = "another itinerary"
     RANGE = "end of the range"
 
@@ -54,7 +57,7 @@ def signed(kind: Kind) -> bool:
     """True for functions that are positive on the branch, which ends where they become negative:
     orbits beyond are no motions, or not asked for.
     """
-    return kind in (Kind.GRAZING, Kind.OTHER_EVENTS, Kind.RANGE)
+    return kind in (Kind.GRAZING, Kind.STICKING, Kind.OTHER_EVENTS, Kind.RANGE)
 
 
 def values_at(point: Point, sizes: Vector, between: tuple[float, float]) -> dict[Kind, Values]:
@@ -63,7 +66,7 @@ def values_at(point: Point, sizes: Vector, between: tuple[float, float]) -> dict
     pieces, cycle = linear.pieces, linear.cycle
     own = (cycle.itinerary.event != NO_EVENT) & ~cycle.itinerary.at_once
     flips = (linear.inner - linear.wrap) * sizes[:-1] / linear.row_sizes(sizes)[:, None]
-    lasting = cycle.arcs(linear.unknowns).d[own]
+    durations, rests = cycle.arcs(linear.unknowns).d, np.roll(pieces.wait != 0, 1)
     kept = np.where(pieces.kept, 1.0, -1.0)
     parameter = linear.unknowns[-1]
     return {
@@ -71,7 +74,8 @@ def values_at(point: Point, sizes: Vector, between: tuple[float, float]) -> dict
         Kind.PERIOD_DOUBLING: np.array([np.linalg.det(flips)]),
         Kind.NEIMARK_SACKER: np.array([_pairs(linear.transverse())]),
         Kind.GRAZING: np.concatenate([-pieces.fall[own], _or_one(pieces.least)]),
-        Kind.OTHER_EVENTS: np.concatenate([lasting, _or_one(pieces.others), kept]),
+        Kind.STICKING: durations[own & rests],
+        Kind.OTHER_EVENTS: np.concatenate([durations[own & ~rests], _or_one(pieces.others), kept]),
         Kind.RANGE: np.array([parameter - low, high - parameter]),
     }
 

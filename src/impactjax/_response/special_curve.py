@@ -37,8 +37,8 @@ class SpecialCurve(eqx.Module):
     - `period`: period of each orbit.
     - `multipliers`: Floquet multipliers, the largest first.
     - `ends`: cause of the first and of the last end: end of the range, or of the first range, a
-      grazing or another itinerary (orbits beyond are no motions), largest number of points, or lost
-      by Newton's method.
+      grazing, an onset of sticking or another itinerary (orbits beyond are no motions), largest
+      number of points, or lost by Newton's method.
     """
 
     kind: str
@@ -89,7 +89,7 @@ def special_curve(
     """
     check_kind("special", special, SpecialPoint, "branch.special[0]")
     kind = Kind(special.kind)
-    if kind in (Kind.RANGE, Kind.OTHER_EVENTS):
+    if kind in (Kind.RANGE, Kind.STICKING, Kind.OTHER_EVENTS):
         raise ValueError(
             f"Argument `special` is of the kind `{kind.value}`; there are curves of folds, period "
             "doublings, Neimark-Sacker points and grazings."
