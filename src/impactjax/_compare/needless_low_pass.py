@@ -34,7 +34,7 @@ def without_needless_low_pass(
     """
     best = ranked(fits)[0]
     filtered, log = own[best.name], best.estimate.impacts
-    if low_pass is None or filtered.sensor.low_pass is None or np.any(log.duration):
+    if low_pass is None or "cutoff" not in best.estimate.names or np.any(log.duration):
         return None
     if not float(best.estimate["cutoff"].value) > _PASSES * float(low_pass.cutoff):
         return None
