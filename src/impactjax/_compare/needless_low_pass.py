@@ -34,11 +34,13 @@ def without_needless_low_pass(
     """
     best = ranked(fits)[0]
     filtered, log = own[best.name], best.estimate.impacts
-    if low_pass is None or "cutoff" not in best.estimate.names or np.any(log.duration):
+    recording = filtered.recording
+    if low_pass is None or "cutoff" not in best.estimate.names:
+        return None
+    if not recording.jumps or np.any(log.duration):
         return None
     if not float(best.estimate["cutoff"].value) > _PASSES * float(low_pass.cutoff):
         return None
-    recording = filtered.recording
     beside = np.asarray(recording.at_impacts(log, best.estimate.system.sensor.delay))
     if not np.any(beside & np.asarray(recording.valid)):
         return None
