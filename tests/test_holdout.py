@@ -50,6 +50,16 @@ def test_prediction_is_that_of_the_line_through_the_first_part():
     assert "rms held out" in page([compared], "")
 
 
+def test_sample_that_a_fit_left_out_is_not_held_out():
+    kept = (np.arange(31) < 22) & (np.arange(31) != 8)
+    found, whole = ij.fit(experiment(kept)), experiment().recording
+    predicted = prediction(found, whole, 0.3, ij.LevenbergMarquardt(), Search())
+    assert predicted.observations == 9
+    slope, start = np.polyfit(TS[kept], VALUES[kept], 1)
+    left = start + slope * TS[22:] - VALUES[22:]
+    assert predicted.rms == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-6)
+
+
 def test_nothing_is_held_out_by_default():
     compared = ij.compare({"line": experiment()}, starts=ij.Starts(2))
     assert compared.best.prediction is None
@@ -70,7 +80,7 @@ def test_impact_times_are_held_out_by_number():
     part = fitted_part(own.recording, 0.2)
     found = ij.fit(dataclasses.replace(own, recording=part))
     assert int(found.problem.observations) == 8
-    predicted = prediction(found, own.recording, ij.LevenbergMarquardt(), Search())
+    predicted = prediction(found, own.recording, 0.2, ij.LevenbergMarquardt(), Search())
     assert predicted.observations == 2
     assert predicted.rms < 1e-6
 
@@ -89,7 +99,7 @@ def test_prediction_of_scattering_impacts_begins_at_the_last_fitted_one():
     )
     found = ij.fit(dataclasses.replace(own, recording=fitted_part(own.recording, 3 / 14)))
     assert found.scatter is not None
-    predicted = prediction(found, own.recording, ij.LevenbergMarquardt(), Search())
+    predicted = prediction(found, own.recording, 3 / 14, ij.LevenbergMarquardt(), Search())
     fitted = times + np.asarray(found.residuals)
     flight = fitted[10] - fitted[9]
     expected = fitted[10] + np.cumsum(flight * float(found.value("r")) ** np.arange(1, 4))

@@ -137,7 +137,7 @@ def _scored(
         settings.progress(f"{fitted.name}, held out")
         found = prediction_of_another(fitted.estimate, holdout, starts, optimiser, search)
     else:
-        found = prediction(fitted.estimate, whole, optimiser, search)
+        found = prediction(fitted.estimate, whole, holdout, optimiser, search)
     return fitted._replace(prediction=found)
 
 

@@ -87,13 +87,14 @@ def fitted_part(recording: R, share: float) -> R:
 def prediction(
     estimate: Estimate[Problem],
     recording: AbstractRecording,
+    share: float,
     optimiser: LevenbergMarquardt,
     search: Search,
 ) -> Prediction:
-    """The prediction of the observations of a recording that were not fitted. Impacts that were
-    fitted have their expected deviations; later ones follow the law.
+    """The prediction of the last `share` of the observations of a recording, which were not fitted.
+    Impacts that were fitted have their expected deviations; later ones follow the law.
     """
-    unseen = np.asarray(recording.valid) & ~np.asarray(estimate.problem.valid)
+    unseen = np.asarray(recording.valid) & ~np.asarray(fitted_part(recording, share).valid)
     whole = eqx.tree_at(lambda each: each.recording, estimate.problem, recording)
     problem = whole.padded().of_record()
     if estimate.scatter is not None:
