@@ -72,7 +72,7 @@ class _Rests:
 @pytest.mark.parametrize(("count", "still"), [(1, 50), (0, 0)])
 def test_mass_that_is_stuck_for_ever(count, still):
     ts = np.arange(100) / 100
-    motion = Motion(ts, np.ones(100), np.ones(100), None, _Rests(count))  # pyright: ignore
+    motion = Motion(ts, np.ones(100), np.ones(100), None, _Rests(count), None)  # pyright: ignore
     assert stuck_from(motion) == (0.5 if count else np.inf)
     angle = stuck_for_ever(motion)
     assert np.sum(angle == 0) == still
