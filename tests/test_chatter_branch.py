@@ -62,7 +62,7 @@ def times(ratio, count):
     for _ in range(count - 1):
 
         def height(s, t=t, speed=speed):
-            """Height of the ball above the table, a time s after it has left it at a relative speed."""
+            """Height of the ball above the table, a time s after it has left it."""
             rate = speed + ratio * G / OMEGA * np.cos(OMEGA * t)
             moved = ratio * G / OMEGA**2 * (np.sin(OMEGA * (t + s)) - np.sin(OMEGA * t))
             return rate * s - G * s**2 / 2 - moved
