@@ -43,13 +43,13 @@ def compare(
     found that nobody decided about it, if it lowers the criterion by 10 or more, and more than
     those parameters do. If it lowers it by less, the best model is ranked with and without
     friction. If the residuals of an accelerometer exceed the noise, and nobody decided about a
-    low-pass, one is fitted, and kept if it lowers the criterion by 10 or more. A low-pass that
-    `prepare` added to a recorded velocity, and that passes nearly all, is left out with the samples
-    beside impacts unless it lowers the criterion by 10 or more. A change that scatter of
-    restitution from impact to impact explains better is not made. If the experiment of the best
-    model does not state scatter, it is fitted to all models that do not state it. They keep it if
-    it lowers the criterion of the best one. If it does not, or by less than 10, and from four
-    impacts on, the intervals hold those with and without it.
+    low-pass, one is fitted, and kept if it lowers the criterion by 10 or more. If all stops are
+    rigid, a low-pass that `prepare` added to a recorded velocity, and that passes nearly all, is
+    left out with the samples beside impacts unless it lowers the criterion by 10 or more. A change
+    that scatter of restitution from impact to impact explains better is not made. If the experiment
+    of the best model does not state scatter, it is fitted to all models that do not state it. They
+    keep it if it lowers the criterion of the best one. If it does not, or by less than 10, and from
+    four impacts on, the intervals hold those with and without it.
 
     **Arguments:**
 

@@ -22,11 +22,11 @@ def without_needless_low_pass(
     settings: Settings,
 ) -> Change | None:
     """All models without the low-pass that was fitted to a recorded velocity; `None` unless the
-    impacts have no duration and it passes nearly all, or if it lowers the criterion clearly.
+    impacts of all have no duration and it passes nearly all, or if it lowers the criterion clearly.
 
     The cutoff of such a low-pass has false minima, and without one the likelihood jumps where an
     impact passes a sample. So samples beside impacts, from which alone such a cutoff follows, are
-    left out of both fits that are compared.
+    left out of both fits that are compared. They would tell a contact of some duration.
 
     **Arguments:**
 
@@ -37,7 +37,7 @@ def without_needless_low_pass(
     recording = filtered.recording
     if low_pass is None or "cutoff" not in best.estimate.names:
         return None
-    if not recording.jumps or np.any(log.duration):
+    if not recording.jumps or any(np.any(x.estimate.impacts.duration) for x in fits.values()):
         return None
     if not float(best.estimate["cutoff"].value) > _PASSES * float(low_pass.cutoff):
         return None
