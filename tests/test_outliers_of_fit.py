@@ -10,7 +10,7 @@ import impactjax as ij
 from estimates import line
 from impactjax._compare.outliers_of_fit import outliers
 from reference import ball, simulate_rigid
-from tiers import mostly_thorough, quick
+from tiers import mostly_thorough, quick, thorough
 
 TS, SIZE, TRUTH = np.arange(700) / 500, 0.02, 0.7  # noise of a velocity [m/s], and restitution
 MOTION = simulate_rigid(ball(), [0.4, 0.0], TS, lambda speed: TRUTH)  # by SciPy
@@ -64,6 +64,15 @@ def test_clean_velocity_of_a_rigid_stop_has_no_low_pass_and_no_samples_at_jumps(
     r = found.best.estimate["r"]
     assert r.verdict is ij.Verdict.IDENTIFIED
     assert r.low < TRUTH < r.high
+
+
+@thorough
+def test_nothing_is_left_out_at_jumps_beside_a_law_of_contacts_that_last():
+    """The samples there tell how long: without them a contact of four samples was identified."""
+    laws = ["restitution", "kelvin-voigt"]
+    prepared = ij.prepare(recorded([]), oscillator=ij.BouncingBall(), laws=laws)
+    found = ij.compare(prepared, starts=ij.Starts(4))
+    assert not any("does not ask for a low-pass" in note for note in found.notes)
 
 
 @quick

@@ -3,7 +3,6 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pytest
 
 import impactjax as ij
 from impactjax._report.contacts import contacts_of
@@ -20,7 +19,7 @@ def simulated(lower, upper=None):
 
 
 def test_penetration_and_force_of_a_stiff_stop_are_those_of_the_motion():
-    """Weight adds about its acceleration over that of the stop: 13 m/s² to 700 times the speed."""
+    """The weight is small beside the force of the contact."""
     model, run = simulated(ij.Stop(STIFF))
     found, some = contacts_of(model, run.impacts), run.impacts.happened
     assert found.soft[some].all()
@@ -37,9 +36,8 @@ def test_stop_of_each_impact_decides():
     np.testing.assert_array_equal(np.isfinite(found.force[some]), run.impacts.stop[some] == 1)
 
 
-@pytest.mark.parametrize("law", [ij.HertzDashpot(4e6, 6.0)], ids=["no closed form"])
-def test_law_without_closed_form_has_neither(law):
-    model, run = simulated(ij.Stop(law))
+def test_law_without_closed_form_has_neither():
+    model, run = simulated(ij.Stop(ij.HertzDashpot(4e6, 6.0)))
     found, some = contacts_of(model, run.impacts), run.impacts.happened
     assert found.soft[some].all()
     assert np.isnan(found.penetration).all()

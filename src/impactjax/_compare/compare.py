@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
+from functools import partial
 
 import equinox as eqx
 
@@ -90,14 +91,11 @@ def compare_by(
     settings = Settings(starts, optimiser, search, progress, each)
     fits, said = fit_models(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
-        cleaned = without_outliers(own, fits, settings)
-        if cleaned is not None:
-            own, fits, sentence = cleaned
-            said.append(sentence)
-        plain = without_needless_low_pass(own, fits, low_pass, settings)
-        if plain is not None:
-            own, fits, sentence = plain
-            said.append(sentence)
+        for left_out in (without_outliers, partial(without_needless_low_pass, low_pass)):
+            change = left_out(own, fits, settings)
+            if change is not None:
+                own, fits, sentence = change
+                said.append(sentence)
         change = enlarged(own, fits, may_rub, low_pass, settings)
         if change is None or not explains_more(fits, change.fits, own, search):
             break

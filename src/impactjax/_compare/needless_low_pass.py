@@ -16,24 +16,25 @@ _PASSES = 4.0  # cutoff, relative to the usual one, above which a low-pass passe
 
 
 def without_needless_low_pass(
+    low_pass: Butterworth | None,
     own: dict[str, Experiment],
     fits: dict[str, Fitted],
-    low_pass: Butterworth | None,
     settings: Settings,
 ) -> Change | None:
-    """All models without the low-pass that was fitted to a recorded velocity; `None` unless the
-    impacts of all have no duration and it passes nearly all, or if it lowers the criterion clearly.
+    """All models without the low-pass that was fitted to a recorded velocity; `None` unless it
+    passes nearly all and all stops are rigid, or if it lowers the criterion clearly.
 
     The cutoff of such a low-pass has false minima, and without one the likelihood jumps where an
     impact passes a sample. So samples beside impacts, from which alone such a cutoff follows, are
-    left out of both fits that are compared. They would tell a contact of some duration.
+    left out of both fits that are compared. If there is a law with contacts that last, nothing is
+    left out: the same samples tell how long.
 
     **Arguments:**
 
     - `low_pass`: the low-pass that was fitted first, which nobody stated; `None` if there is none.
     """
     best = ranked(fits)[0]
-    filtered, log = own[best.name], best.estimate.impacts
+    filtered, system = own[best.name], best.estimate.system
     recording = filtered.recording
     if low_pass is None or "cutoff" not in best.estimate.names:
         return None
@@ -41,7 +42,7 @@ def without_needless_low_pass(
         return None
     if not float(best.estimate["cutoff"].value) > _PASSES * float(low_pass.cutoff):
         return None
-    beside = np.asarray(recording.at_impacts(log, best.estimate.system.sensor.delay))
+    beside = np.asarray(recording.at_impacts(best.estimate.impacts, system.sensor.delay))
     if not np.any(beside & np.asarray(recording.valid)):
         return None
     rest = recording.without(beside)

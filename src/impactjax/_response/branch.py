@@ -46,6 +46,9 @@ class Branch(eqx.Module):
     - `t`, `before`, `after`: times of its events, and states before and after them, one column for
       each event; for orbits without events, time and state at the start.
     - `multipliers`: Floquet multipliers, the largest first.
+    - `summed`: longest duration of an endless series of events that is summed; 0 without one. A
+      branch keeps the number of events before the sum, so that it may become longer than in
+      `solve`, and less exact.
     - `special`: special points, which are among the points, in order.
     - `complete`: true if both ends are special points or one: the branch is closed. Otherwise the
       number of points did not suffice, or Newton's method has lost the branch.
@@ -57,6 +60,7 @@ class Branch(eqx.Module):
     before: State
     after: State
     multipliers: Complex[np.ndarray, "points numbers"]
+    summed: Float[np.ndarray, " points"]
     special: tuple[SpecialPoint, ...]
     complete: bool
     points: tuple[Point, ...]
@@ -96,6 +100,7 @@ def branch_of(visited: list[Visited], sizes: Vector, complete: bool) -> Branch:
         before,
         after,
         np.stack([linear.multipliers() for linear in linears]),
+        np.array([np.max(linear.pieces.wait) for linear in linears]),
         tuple(specials),
         complete,
         tuple(each.point for each in visited),

@@ -8,8 +8,8 @@ grazing, where multipliers are infinite:
   period solves the linearised equations.
 - Neimark-Sacker: product of μᵢ μⱼ − 1 over all pairs of multipliers but that of a shift in time.
 - grazing: speed at which the guard of an event falls, or local minimum of a guard.
-- onset of sticking: duration of the rest that follows a complete chatter. Its accuracy is that of
-  the sum of the chatter, about the longest duration that is summed.
+- onset of sticking: duration of the rest that follows a complete chatter. It is as exact as the sum
+  of the chatter: the more impacts are before the sum, the better.
 """
 
 import enum
