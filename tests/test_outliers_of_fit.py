@@ -2,15 +2,20 @@
 
 import dataclasses
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import impactjax as ij
 from estimates import line
+from impactjax._compare.comparison import Fitted
+from impactjax._compare.fit_models import Settings
+from impactjax._compare.needless_low_pass import without_needless_low_pass
 from impactjax._compare.outliers_of_fit import outliers
+from impactjax._fit.search import Search
 from reference import ball, simulate_rigid
-from tiers import mostly_thorough, quick, thorough
+from tiers import mostly_thorough, quick
 
 TS, SIZE, TRUTH = np.arange(700) / 500, 0.02, 0.7  # noise of a velocity [m/s], and restitution
 MOTION = simulate_rigid(ball(), [0.4, 0.0], TS, lambda speed: TRUTH)  # by SciPy
@@ -66,13 +71,21 @@ def test_clean_velocity_of_a_rigid_stop_has_no_low_pass_and_no_samples_at_jumps(
     assert r.low < TRUTH < r.high
 
 
-@thorough
 def test_nothing_is_left_out_at_jumps_beside_a_law_of_contacts_that_last():
-    """The samples there tell how long: without them a contact of four samples was identified."""
-    laws = ["restitution", "kelvin-voigt"]
-    prepared = ij.prepare(recorded([]), oscillator=ij.BouncingBall(), laws=laws)
-    found = ij.compare(prepared, starts=ij.Starts(4))
-    assert not any("does not ask for a low-pass" in note for note in found.notes)
+    prepared = ij.prepare(
+        recorded([]), oscillator=ij.BouncingBall(), laws=["restitution"], fixed={"x_dot0": 0.0}
+    )
+    rigid = Fitted("rigid", ij.fit(prepared.experiment, starts=ij.Starts(4)), 0.0, (), ())
+    last = jnp.ones(rigid.estimate.impacts.duration.shape)
+    soft = eqx.tree_at(lambda each: each.estimate.impacts.duration, rigid, last)
+    settings = Settings(ij.Starts(1), ij.LevenbergMarquardt(), Search(), lambda _: None, map)
+
+    def left_out(fits):
+        own = dict.fromkeys(fits, prepared.experiment)
+        return without_needless_low_pass(prepared.possible_low_pass, own, fits, settings)
+
+    assert left_out({"rigid": rigid}) is not None
+    assert left_out({"rigid": rigid, "soft": soft}) is None
 
 
 @quick
