@@ -48,7 +48,7 @@ def test_sums_restore_places(difference, count):
     """Up to a constant, and of central differences one tenth of the noise between odd and even."""
     noise = 1e-3 * np.random.default_rng(7).standard_normal(count)
     places = HEIGHTS[:count] + noise
-    found = restored(TS[:count], COMPUTED[difference](places))
+    found = restored(TS[:count], COMPUTED[difference](places), np.zeros(1))
     assert found is not None
     assert np.std(found - places) < (1e-4 if difference == "central" else 1e-12)
 
@@ -57,9 +57,11 @@ def test_sums_restore_places(difference, count):
 def test_uneven_samples_are_not_summed():
     places = HEIGHTS + 1e-3 * np.random.default_rng(7).standard_normal(len(TS))
     ts = np.where(np.arange(len(TS)) > 700, TS + 5e-4, TS)
-    assert restored(TS, COMPUTED["central"](places)) is not None
-    assert restored(ts, COMPUTED["central"](places)) is None
-    assert restored(TS, np.where(TS == 0.5, np.nan, COMPUTED["central"](places))) is None
+    assert restored(TS, COMPUTED["central"](places), np.zeros(1)) is not None
+    assert restored(ts, COMPUTED["central"](places), np.zeros(1)) is None
+    assert (
+        restored(TS, np.where(TS == 0.5, np.nan, COMPUTED["central"](places)), np.zeros(1)) is None
+    )
 
 
 @quick

@@ -41,6 +41,8 @@ def adjusted(
         recording, look = _of_places(recording, look, setup, notes)
     if recording.shows_place and not said & WHERE and setup.upper is None:
         setup, look = _placed(recording, look, setup, notes)
+    if setup.sensor.low_pass is None:
+        recording = _with_jumps(recording, notes)
     if look.is_blow:
         setup = with_unstated_instrument(recording, setup, said)
     elif _hits(recording, look):
@@ -76,6 +78,17 @@ def _of_places(
         "(`cutoff` under [sensor] keeps the record as it is)."
     )
     return places, _look(places, setup)
+
+
+def _with_jumps(recording: AbstractRecording, notes: list[str]) -> AbstractRecording:
+    """The recording with marked jumps, if it is a velocity that jumps from sample to sample."""
+    marked = recording.with_jumps()
+    if marked.shows_jumps:
+        notes.append(
+            f"The {recording.observed} jumps from one sample to the next, so that no low-pass is "
+            "fitted. It cannot tell a contact shorter than a sample from a rigid stop."
+        )
+    return marked
 
 
 def _hits(recording: AbstractRecording, look: FirstLook) -> bool:

@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Mapping
-from functools import partial
 
 import equinox as eqx
 
@@ -11,7 +10,6 @@ from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.enlarge import enlarged
 from impactjax._compare.fit_models import Each, Progress, Settings, fit_models, ranked
 from impactjax._compare.holdout import fitted_part, prediction, prediction_of_another, share_of
-from impactjax._compare.needless_low_pass import without_needless_low_pass
 from impactjax._compare.outliers_of_fit import without_outliers
 from impactjax._compare.prepare import Prepared
 from impactjax._compare.scattering import explains_more, with_intervals
@@ -44,11 +42,9 @@ def compare(
     found that nobody decided about it, if it lowers the criterion by 10 or more, and more than
     those parameters do. If it lowers it by less, the best model is ranked with and without
     friction. If the residuals of an accelerometer exceed the noise, and nobody decided about a
-    low-pass, one is fitted, and kept if it lowers the criterion by 10 or more. If all stops are
-    rigid, a low-pass that `prepare` added to a recorded velocity, and that passes nearly all, is
-    left out with the samples beside impacts unless it lowers the criterion by 10 or more. A change
-    that scatter of restitution from impact to impact explains better is not made. If the experiment
-    of the best model does not state scatter, it is fitted to all models that do not state it. They
+    low-pass, one is fitted, and kept if it lowers the criterion by 10 or more. A change that
+    scatter of restitution from impact to impact explains better is not made. If the experiment of
+    the best model does not state scatter, it is fitted to all models that do not state it. They
     keep it if it lowers the criterion of the best one. If it does not, or by less than 10, and from
     four impacts on, the intervals hold those with and without it.
 
@@ -91,11 +87,10 @@ def compare_by(
     settings = Settings(starts, optimiser, search, progress, each)
     fits, said = fit_models(own, settings, {}), []
     for _ in range(_ROUNDS if fits else 0):
-        for left_out in (without_outliers, partial(without_needless_low_pass, low_pass)):
-            change = left_out(own, fits, settings)
-            if change is not None:
-                own, fits, sentence = change
-                said.append(sentence)
+        change = without_outliers(own, fits, settings)
+        if change is not None:
+            own, fits, sentence = change
+            said.append(sentence)
         change = enlarged(own, fits, may_rub, low_pass, settings)
         if change is None or not explains_more(fits, change.fits, own, search):
             break

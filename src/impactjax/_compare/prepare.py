@@ -44,8 +44,7 @@ class Prepared(NamedTuple):
     - `notes`: sentences on samples left out, a sign turned and values assumed.
     - `may_rub`: names of the experiments with a stop whose dry friction nobody decided.
     - `possible_low_pass`: low-pass that nobody stated, and that there may be or not. It is tried if
-      the residuals without one exceed the noise. To a velocity it is fitted at once, and left out
-      if it passes nearly all. `None` if it was stated, or is always fitted.
+      the residuals without one exceed the noise. `None` if it was stated, or is always fitted.
     """
 
     name: str

@@ -96,12 +96,11 @@ def with_named_low_pass(recording: AbstractRecording, setup: Setup) -> Setup:
 
 
 def _with_low_pass(recording: AbstractRecording, setup: Setup, said: set[str]) -> Setup:
-    """The setup with a Butterworth low-pass to be fitted, unless the user named one, or there are
-    too few samples to tell.
+    """The setup with a Butterworth low-pass to be fitted, unless the user named one, a velocity
+    jumps from one sample to the next, or there are too few samples to tell.
     """
-    if not _may_be_filtered(recording, setup, said):
+    if recording.shows_jumps or not _may_be_filtered(recording, setup, said):
         return setup
-    setup = with_possible_low_pass(recording, setup, said) if recording.jumps else setup
     setup = _filtered(setup, _usual_cutoff(recording))
     return setup._replace(free=(*setup.free, "cutoff"))
 

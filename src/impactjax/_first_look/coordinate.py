@@ -18,6 +18,19 @@ def pulses(values: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
+def pulse_duration(
+    ts: np.ndarray, values: np.ndarray, contacts: list[tuple[int, int]]
+) -> float | None:
+    """Duration of the contacts [s] that appear as pulses, `None` if there are none: that of half a
+    sine wave with the pulses' width at half maximum.
+    """
+    parts = [values[begin:end] for begin, end in contacts]
+    if not parts:
+        return None
+    samples = np.median([np.count_nonzero(pulse > pulse.max() / 2) for pulse in parts])
+    return 1.5 * float(samples * np.median(np.diff(ts)))
+
+
 def is_peaked(values: np.ndarray) -> bool:
     """True if a record extends much farther upwards than downwards, as the force of a stop does."""
     middle = float(np.median(values))

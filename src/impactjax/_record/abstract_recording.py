@@ -132,8 +132,8 @@ class AbstractRecording(eqx.Module):
 
     @property
     @abc.abstractmethod
-    def jumps(self) -> bool:
-        """True if the recorded quantity jumps at an impact without duration: for a velocity."""
+    def shows_jumps(self) -> bool:
+        """True for a velocity that jumps from one sample to the next, whose jumps are marked."""
 
     @abc.abstractmethod
     def curves(self, residuals: np.ndarray) -> Curves:
@@ -180,6 +180,14 @@ class AbstractRecording(eqx.Module):
         **Arguments:**
 
         - `impacts`: their times.
+        """
+
+    @abc.abstractmethod
+    @abc.abstractmethod
+    def with_jumps(self: Own) -> Own:
+        """The recording of a velocity whose jumps from one sample to the next are marked: there a
+        fit compares means of the velocity, not samples. The recording itself if it has none, or if
+        most jumps last longer.
         """
 
     @abc.abstractmethod

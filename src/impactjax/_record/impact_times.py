@@ -107,7 +107,7 @@ class ImpactTimes(AbstractRecording):
         return False
 
     @property
-    def jumps(self) -> bool:
+    def shows_jumps(self) -> bool:
         return False
 
     def curves(self, residuals: np.ndarray) -> Curves:
@@ -171,6 +171,9 @@ class ImpactTimes(AbstractRecording):
     def places(self, impacts: np.ndarray) -> None:
         del impacts
         return
+
+    def with_jumps(self) -> "ImpactTimes":
+        return self
 
     def at_impacts(self, impacts: ImpactLog, delay: Number) -> Valid:
         del impacts, delay

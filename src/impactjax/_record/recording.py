@@ -1,10 +1,13 @@
 """Recording of a quantity sampled in time."""
 
+import dataclasses
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
 from impactjax._first_look.blow import Pulse, blow, look_at_blow, surroundings
+from impactjax._first_look.coordinate import pulse_duration
 from impactjax._first_look.first_look import FirstLook, look_at_motion
 from impactjax._first_look.forced import look_at_forced_motion
 from impactjax._first_look.hand_release import release
@@ -24,8 +27,11 @@ from impactjax._record.abstract_recording import (
     check_list,
     counted,
 )
+from impactjax._record.beside_impacts import beside_impacts
 from impactjax._record.outliers import outliers
+from impactjax._record.padded import continued, padded
 from impactjax._record.restored import restored
+from impactjax._record.velocity_jumps import MarkedJumps, marked_jumps
 from impactjax._refusal import check_kind
 from impactjax._results import RESULTS
 from impactjax._sensor.abstract_quantity import AbstractQuantity
@@ -39,8 +45,6 @@ from impactjax._simulate.trajectory import Trajectory
 from impactjax._types import Flag, Numbers, Samples
 
 _HELD = "A hand seems to hold or push at first"
-_BESIDE = 2  # samples before and after an impact that may show it
-_PADDING = 0.02  # spacing of padding samples, relative to that of the others
 
 
 class Recording(AbstractRecording):
@@ -54,6 +58,7 @@ class Recording(AbstractRecording):
     - `valid`: mask of the samples that count; all by default. A fit ignores the others (empty,
       clipped), but simulates them, which the low-pass of a sensor needs. Values that are not finite
       do not count.
+    - `jumps`: jumps of a velocity, as `with_jumps` finds them; none by default.
 
     **Raises** `ValueError` for lists that are empty or of different lengths, and for times that do
     not increase.
@@ -63,6 +68,7 @@ class Recording(AbstractRecording):
     values: Samples
     quantity: AbstractQuantity
     valid: Valid
+    jumps: MarkedJumps | None
 
     def __init__(
         self,
@@ -70,15 +76,19 @@ class Recording(AbstractRecording):
         values: Numbers,
         quantity: AbstractQuantity,
         valid: Numbers | None = None,
+        jumps: MarkedJumps | None = None,
     ) -> None:
         self.ts = as_parameter(ts)
         self.values = as_parameter(values)
+        self.jumps = jumps
         check_kind("quantity", quantity, AbstractQuantity, "Angle()")
         self.quantity = quantity
         check_list("ts", self.ts, self.ts.shape)
         check_list("values", self.values, self.ts.shape)
         check_increasing("ts", self.ts)
         self.valid = counted(self.values, valid)
+        if jumps is not None:
+            check_list("jumps", jumps.weights, self.ts.shape)
 
     @property
     def instants(self) -> Instants:
@@ -132,26 +142,31 @@ class Recording(AbstractRecording):
         return self.quantity.derivative in (1, 2)
 
     @property
-    def jumps(self) -> bool:
-        return self.quantity.derivative == 1
+    def shows_jumps(self) -> bool:
+        return self.jumps is not None
 
     def curves(self, residuals: np.ndarray) -> Curves:
         unit, factor = self.shown
         values = np.where(np.asarray(self.valid), np.asarray(self.values), np.nan) * factor
-        fitted = values + residuals * factor
+        deviations = residuals if self.jumps is None else self.jumps.unweighted(residuals)
+        fitted = values + deviations * factor
         at, across = self.axis
         return Curves(at, values, fitted, across, f"{self.observed} [{unit}]", dense=True)
 
     def check_suits(self, model: ImpactOscillator, sensor: Sensor) -> None:
-        del sensor
         self.quantity.check_suits(model)
+        if self.jumps is not None and sensor.low_pass is not None:
+            raise ValueError("A velocity with marked jumps has no low-pass, which smears them.")
 
     def residuals(
         self, system: System, simulation: Simulation, logged: Flag | None
     ) -> tuple[Residuals, ImpactLog]:
         trajectory = self._simulated(system, simulation, logged)
         shown = system.sensor.shown(system.model, trajectory, self.quantity)
-        return jnp.where(self.valid, shown - self.values, 0.0), trajectory.impacts
+        rows = shown - self.values
+        if self.jumps is not None:
+            rows = self.jumps.rows(system.sensor.shown_mean(trajectory), rows)
+        return jnp.where(self.valid, rows, 0.0), trajectory.impacts
 
     def result(self, system: System, simulation: Simulation) -> RESULTS:
         return self._simulated(system, simulation, None).result
@@ -172,58 +187,53 @@ class Recording(AbstractRecording):
         )
 
     def shifted(self, rows: Residuals) -> "Recording":
-        return eqx.tree_at(lambda each: each.values, self, self.values - rows)
+        jumps = None if self.jumps is None else self.jumps.shifted(rows)
+        return dataclasses.replace(self, values=self.values - rows, jumps=jumps)
 
     def outliers(self, residuals: Residuals | None = None) -> Valid:
         values = self.values if residuals is None else residuals
         return outliers(np.asarray(values), np.asarray(self.valid), self.quantity)
 
     def places(self, impacts: np.ndarray) -> "Recording | None":
-        ts, quantity = np.asarray(self.ts), self.quantity.of_places
+        quantity = self.quantity.of_places
         if quantity is None or not np.all(self.valid):
             return None
-        found = restored(ts, np.asarray(self.values))
-        if found is None:
-            return None
-        return Recording(ts, found - np.median(np.interp(impacts, ts, found)), quantity)
+        found = restored(np.asarray(self.ts), np.asarray(self.values), impacts)
+        return None if found is None else Recording(self.ts, found, quantity)
+
+    def with_jumps(self) -> "Recording":
+        if self.quantity.derivative != 1:
+            return self
+        jumps = marked_jumps(np.asarray(self.values), np.asarray(self.valid))
+        return self if jumps is None else dataclasses.replace(self, jumps=jumps)
 
     def at_impacts(self, impacts: ImpactLog, delay: Number) -> Valid:
-        ts = plain(self.ts)
-        xp = namespace(ts, impacts, delay)
-        begin = xp.where(impacts.happened, impacts.time, xp.inf) + delay
-        end = xp.where(impacts.complete, begin + impacts.duration, xp.inf)
-        number = np.arange(ts.shape[0])
-        behind, ahead = (ts[np.clip(number + n, 0, number[-1])] for n in (-_BESIDE, _BESIDE))
-        return xp.any((ahead[:, None] >= begin) & (behind[:, None] <= end), axis=-1)
+        return beside_impacts(plain(self.ts), impacts, delay)
 
     def within(self, share: float) -> Valid:
         ts = plain(self.ts)
         return plain(self.valid) & (ts - ts[0] <= share * (ts[-1] - ts[0]))
 
     def truncated(self, share: float) -> "Recording":
-        return Recording(self.ts, self.values, self.quantity, self.within(share))
+        return eqx.tree_at(lambda each: each.valid, self, self.within(share))
 
     def between(self, begin: float, end: float) -> "Recording":
         kept = (self.ts >= begin) & (self.ts <= end)
-        return Recording(self.ts[kept], self.values[kept], self.quantity, self.valid[kept])
+        jumps = None if self.jumps is None else self.jumps.at(kept)
+        own = self.ts[kept], self.values[kept], self.quantity, self.valid[kept], jumps
+        return Recording(*own)
 
     def turned(self) -> "Recording":
-        return eqx.tree_at(lambda each: each.values, self, -plain(self.values))
+        jumps = None if self.jumps is None else self.jumps.turned()
+        return dataclasses.replace(self, values=-plain(self.values), jumps=jumps)
 
     def padded(self, count: int) -> "Recording":
         more = count - self.ts.shape[0]
         if more <= 0:
             return self
-        ts, values, valid = (plain(x) for x in (self.ts, self.values, self.valid))
-        xp = namespace(ts, values, valid)
-        beyond = xp.arange(1, more + 1, dtype=ts.dtype)
-        later = ts[-1] + _PADDING * (ts[-1] - ts[-2]) * beyond
-        return Recording(
-            xp.concatenate([ts, later]),
-            xp.pad(values, (0, more), mode="edge"),
-            self.quantity,
-            xp.pad(valid, (0, more)),
-        )
+        values, valid = padded(self.values, more), padded(self.valid, more, False)
+        jumps = None if self.jumps is None else self.jumps.padded(more)
+        return Recording(continued(self.ts, more), values, self.quantity, valid, jumps)
 
     def span(self) -> tuple[float, float]:
         values = np.asarray(self.values)[np.asarray(self.valid)]
@@ -247,7 +257,8 @@ class Recording(AbstractRecording):
             return look_at_blow(ts, push, pulse, oscillator)
         places = self.quantity.coordinate(ts, values, oscillator)
         look = look_at_forced_motion if oscillator.is_forced() else look_at_motion
-        return look(ts, places, oscillator, gap, own._contact_duration())
+        duration = pulse_duration(ts, values, self.quantity.contacts(values))
+        return look(ts, places, oscillator, gap, duration)
 
     def free_part(self, look: FirstLook) -> Part | None:
         ts, values, valid = (np.asarray(x) for x in (self.ts, self.values, self.valid))
@@ -279,17 +290,6 @@ class Recording(AbstractRecording):
         """Times, and values with linear interpolation over samples that do not count."""
         ts, valid = np.asarray(self.ts), np.asarray(self.valid)
         return ts, np.interp(ts, ts[valid], np.asarray(self.values)[valid])
-
-    def _contact_duration(self) -> float | None:
-        """Duration of the contacts [s] that appear as pulses: that of half a sine wave with the
-        pulses' width at half maximum.
-        """
-        ts, values = self._without_gaps()
-        pulses = [values[begin:end] for begin, end in self.quantity.contacts(values)]
-        if not pulses:
-            return None
-        samples = np.median([np.count_nonzero(pulse > pulse.max() / 2) for pulse in pulses])
-        return 1.5 * float(samples * np.median(np.diff(ts)))
 
     def __repr__(self) -> str:
         if not is_known(self):

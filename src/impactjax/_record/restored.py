@@ -7,9 +7,10 @@ from impactjax._record.sample_noise import noise_of_samples
 _EVEN = 1e-3  # deviation of an interval from the mean, relative to it
 
 
-def restored(ts: np.ndarray, values: np.ndarray) -> np.ndarray | None:
-    """The places, up to a constant, whose differences a recorded velocity seems to be, as of
-    `numpy.diff` or `numpy.gradient`; `None` if it does not, or if the samples are not even.
+def restored(ts: np.ndarray, values: np.ndarray, impacts: np.ndarray) -> np.ndarray | None:
+    """The places whose differences a recorded velocity seems to be, as of `numpy.diff` or
+    `numpy.gradient`, zero at the median of the `impacts` [s]; `None` if it does not seem to be, or
+    if the samples are not even.
 
     A difference smooths an impact over two intervals, but loses nothing: sums of neighbouring
     differences, or of every second central one, are the places with their own noise.
@@ -22,7 +23,8 @@ def restored(ts: np.ndarray, values: np.ndarray) -> np.ndarray | None:
     lag = noise_of_samples(values).difference_lag
     if lag == 0:
         return None
-    return (_of_neighbours if lag == 1 else _of_central)(values) * interval
+    places = (_of_neighbours if lag == 1 else _of_central)(values) * interval
+    return places - np.median(np.interp(impacts, ts, places))
 
 
 def _of_neighbours(differences: np.ndarray) -> np.ndarray:

@@ -85,7 +85,17 @@ class Sensor(eqx.Module):
         else:
             values = quantity.filtered(self.low_pass, model, trajectory)
         every = self._density(quantity)
-        values, ts = values[::every], trajectory.ts[::every]
+        return self._recorded(values[::every], trajectory.ts[::every])
+
+    def shown_mean(self, trajectory: Trajectory) -> Float[Array, " intervals"]:
+        """The means of a recorded velocity between successive samples, without a low-pass, from the
+        coordinates at these samples.
+        """
+        ts = trajectory.ts
+        means = jnp.diff(trajectory.position) / jnp.diff(ts)
+        return self._recorded(means, (ts[1:] + ts[:-1]) / 2)
+
+    def _recorded(self, values: Samples, ts: Samples) -> Samples:
         return self.gain * values + self.offset + self.drift * (ts + self.delay)
 
     def floor(self) -> Float[AnyArray, "..."]:
