@@ -13,9 +13,10 @@ CLEAR = 10.0  # difference of the criterion at which the worse law is rejected
 def differences(estimates: Sequence[Estimate[Problem]]) -> list[float]:
     """ΔQAICc: the criterion of each fit minus the lowest one; at least zero.
 
-    QAICc = (n/N) (−2 log L) + 2 k + 2 k (k + 1)/(n − k − 1) for k parameters and N observations.
-    The likelihood is scaled to the effective sample size n of the fit with the lowest AIC. NaN for
-    a fit without a result, and if n <= k + 1, where the criterion does not exist.
+    QAICc = (n/N) (−2 log L) + 2 k + 2 m (m + 1)/(n − m − 1) for k parameters, of which m = k − 1 if
+    one is the size of a scatter, and N observations: the correction is that of a regression with
+    one variance. The likelihood is scaled to the effective sample size n of the fit with the lowest
+    AIC. NaN for a fit without a result, and if n <= m + 1, where the criterion does not exist.
 
     Source: Lebreton et al., Ecological Monographs 62, 67 (1992), for QAIC; Hurvich & Tsai,
     Biometrika 76, 297 (1989), for the correction for few observations.
@@ -38,10 +39,16 @@ def fall(before: Estimate[Problem], after: Estimate[Problem]) -> float:
 
 
 def rejected(estimates: Sequence[Estimate[Problem]]) -> list[bool]:
-    """True for each fit that the best one rules out; all false if the best one is not usable."""
+    """True for each fit that the best one rules out; all false if the best one is not usable. The
+    correction for few observations alone rules out none.
+    """
     behind = differences(estimates)
     best = estimates[best_first(estimates)[0]]
-    return [bool(best.usable) and by >= CLEAR for by in behind]
+    share = best.independent_observations / int(best.problem.observations)
+    return [
+        bool(best.usable) and by >= CLEAR and float(each.aic - best.aic) * share >= CLEAR
+        for by, each in zip(behind, estimates, strict=True)
+    ]
 
 
 def best_first(estimates: Sequence[Estimate[Problem]]) -> list[int]:
@@ -67,6 +74,7 @@ def parameters_found(estimate: Estimate[Problem]) -> int:
 
 def _criterion(estimate: Estimate[Problem], n: float, share: float) -> float:
     k = parameters_found(estimate)
-    if not bool(estimate.converged) or n <= k + 1:
+    m = k - int(estimate.scatter is not None)
+    if not bool(estimate.converged) or n <= m + 1:
         return np.nan
-    return (float(estimate.aic) - 2 * k) * share + 2 * k + 2 * k * (k + 1) / (n - k - 1)
+    return (float(estimate.aic) - 2 * k) * share + 2 * k + 2 * m * (m + 1) / (n - m - 1)

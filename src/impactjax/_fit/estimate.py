@@ -153,11 +153,11 @@ class Estimate(eqx.Module, Generic[Posed]):
 
     @property
     def independent_observations(self) -> float:
-        """Effective sample size of a single fit: degrees of freedom plus parameters, at most all
-        observations.
-        """
+        """Effective sample size of a single fit: degrees of freedom plus the numbers estimated."""
         self.check_single()
-        return min(float(self.freedom) + len(self.names), float(self.problem.observations))
+        scatter = 0 if self.scatter is None else 2  # a size takes up to two degrees of freedom
+        found = float(self.freedom) + len(self.names) + scatter
+        return min(found, float(self.problem.observations))
 
     @property
     def correlation(self) -> Float[AnyArray, "... parameters parameters"]:

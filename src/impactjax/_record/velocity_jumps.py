@@ -71,15 +71,15 @@ class MarkedJumps(eqx.Module):
         return MarkedJumps(self.weights, self.means - self.unweighted(rows))
 
     def padded(self, more: int) -> "MarkedJumps":
-        """As many more samples, which are compared."""
+        """The means, followed by as many more samples, which are compared."""
         return MarkedJumps(padded(self.weights, more, 0.0), padded(self.means, more))
 
     def turned(self) -> "MarkedJumps":
-        """Those of the opposite sign."""
+        """The jumps of a record of the opposite sign."""
         return MarkedJumps(self.weights, -self.means)
 
     def at(self, kept: AnyArray) -> "MarkedJumps":
-        """Those of some samples."""
+        """The jumps at some samples."""
         return MarkedJumps(self.weights[kept], self.means[kept])
 
     __repr__ = with_numbers
