@@ -1,5 +1,7 @@
 """`solve_events` against closed forms: dosing, a thermostat, the end of a run, order of events."""
 
+from functools import partial
+
 import diffrax
 import jax
 import jax.numpy as jnp
@@ -57,6 +59,38 @@ def test_infinite_times_never_come():
     own = dosed_jit(jnp.array([1.0, 2.0, jnp.inf, jnp.inf]))
     assert own.events.count == 2
     assert own.result == ij.RESULTS.successful
+
+
+@pytest.mark.parametrize("solver", [TAYLOR, diffrax.Dopri5()])
+@pytest.mark.parametrize("gap", [1e-6, 1e-9, 1e-12, 4e-16])
+def test_times_within_the_tolerance_of_each_other(gap, solver):
+    times = np.array([1.0, 1.0 + gap, 7.0])
+    own = events_at(jnp.asarray(times), 0.0, solver)
+    assert own.events.count == 3
+    assert own.result == ij.RESULTS.successful
+    np.testing.assert_allclose(own.ys[0], np.sum(np.exp(-RATE * (10 - times))), rtol=2e-8)
+
+
+@pytest.mark.parametrize("t0", [1e6, 1.7e9, -1e9])
+def test_times_of_a_clock_that_started_long_ago(t0):
+    times = np.array([1.0, 2.5, 7.0])
+    own = events_at(jnp.asarray(t0 + times), t0)
+    assert own.events.count == 3
+    np.testing.assert_allclose(own.events.t[:3] - t0, times, atol=1e-6)
+    np.testing.assert_allclose(own.ys[0], np.sum(np.exp(-RATE * (10 - times))), rtol=1e-6)
+
+
+@partial(jax.jit, static_argnums=2)
+def events_at(times, t0, solver=TAYLOR):
+    """Decay for 10 from nothing, with one unit more at each time."""
+    dose = ij.ResetAt(times, lambda t, y, args: y + 1)
+    start = jnp.array(0.0)
+    return ij.solve_events(DECAY, solver, t0, t0 + 10, start, jnp.array(RATE), events=[dose])
+
+
+def test_three_times_at_once():
+    near = dosed_jit(jnp.array([1.0, 1.0 + 1e-12, 1.0 + 2e-12, 4.0]))
+    assert near.result == ij.RESULTS.non_finite
 
 
 def test_times_out_of_order():

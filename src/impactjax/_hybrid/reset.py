@@ -2,8 +2,10 @@
 
 import abc
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Float, PyTree
@@ -11,17 +13,23 @@ from jaxtyping import Array, ArrayLike, Float, PyTree
 from impactjax._hybrid.system import State
 from impactjax._types import Code, Flag, Scalar
 
+_APART = 1e-9  # least distance of a time from the one after the next, relative to the run
+
+Guard = Callable[[Scalar, State, PyTree, Code], ArrayLike]
+
 
 class AbstractReset(eqx.Module):
     """An event that changes the state, and perhaps the term."""
 
     @abc.abstractmethod
-    def directions(self) -> tuple[float, ...]:
-        """Factors on the condition, such that the event happens where a product falls."""
+    def since(self, t: Scalar) -> "AbstractReset":
+        """The event in a run that starts at `t`."""
 
     @abc.abstractmethod
-    def condition(self, t: Scalar, y: State, args: PyTree, count: Code) -> ArrayLike:
-        """The condition after `count` such events."""
+    def guards(self) -> tuple[Guard, ...]:
+        """Functions of time, state, args and the number of such events before, each of which falls
+        through zero at an event.
+        """
 
     @abc.abstractmethod
     def passed(self, t: Scalar) -> ArrayLike:
@@ -62,14 +70,21 @@ class Reset(AbstractReset):
     during: Sequence[int] | None = eqx.field(default=None, static=True)
     term: int | None = eqx.field(default=None, static=True)
 
-    def directions(self) -> tuple[float, ...]:
-        if self.direction is None:
-            return (1.0, -1.0)
-        return (-1.0,) if self.direction else (1.0,)
+    def since(self, t: Scalar) -> "Reset":
+        del t
+        return self
 
-    def condition(self, t: Scalar, y: State, args: PyTree, count: Code) -> ArrayLike:
-        del count
-        return self.cond_fn(t, y, args)
+    def guards(self) -> tuple[Guard, ...]:
+        def falls(t: Scalar, y: State, args: PyTree, count: Code) -> ArrayLike:
+            del count
+            return self.cond_fn(t, y, args)
+
+        def rises(t: Scalar, y: State, args: PyTree, count: Code) -> ArrayLike:
+            return -jnp.asarray(falls(t, y, args, count))
+
+        if self.direction is None:
+            return falls, rises
+        return (rises,) if self.direction else (falls,)
 
     def passed(self, t: Scalar) -> ArrayLike:
         del t
@@ -91,27 +106,41 @@ class Reset(AbstractReset):
 class ResetAt(AbstractReset):
     """An event at given times, with a new state.
 
+    Two successive times have guards of their own, so that an event may follow another within the
+    tolerance of its time.
+
     - `times`: increasing; those before the start of the run are left out, infinite ones never come.
+      Of three, the last must come more than a billionth of the run after the first.
     - `reset`, `term`: as for `Reset`.
+    - `origin`: time from which `times` count.
     """
 
     times: Float[Array, " times"] = eqx.field(converter=jnp.asarray)
     reset: Callable[[Scalar, State, PyTree], State] | None = None
     term: int | None = eqx.field(default=None, static=True)
+    origin: Float[Array, ""] = eqx.field(converter=jnp.asarray, default=0.0)
 
-    def directions(self) -> tuple[float, ...]:
-        return (1.0,)
+    def since(self, t: Scalar) -> "ResetAt":
+        start = jax.lax.stop_gradient(t)
+        later = self.times + (self.origin - start).astype(self.times.dtype)
+        return ResetAt(later, self.reset, self.term, start)
 
-    def condition(self, t: Scalar, y: State, args: PyTree, count: Code) -> ArrayLike:
-        del y, args
-        times = self.times.astype(t.dtype)
-        later = jnp.append(times, jnp.inf)[jnp.minimum(count, times.size)]
-        never = jnp.isinf(later)
-        due = jnp.where(never, 1.0, jnp.where(never, 0.0, later) - t)
-        return jnp.where(_increase(times), due, jnp.nan)
+    def guards(self) -> tuple[Guard, ...]:
+        def due(parity: int, t: Scalar, y: State, args: PyTree, count: Code) -> ArrayLike:
+            del y, args
+            passed = (t - jax.lax.stop_gradient(self.origin)).astype(t.dtype)
+            number = count + (count + parity) % 2
+            times = self.times.astype(t.dtype)
+            later = jnp.append(times, jnp.inf)[jnp.minimum(number, times.size)]
+            never = jnp.isinf(later)
+            ahead = jnp.where(never, 1.0, jnp.where(never, 0.0, later) - passed)
+            return jnp.where(_increase(times), ahead, jnp.nan)
+
+        return partial(due, 0), partial(due, 1)
 
     def passed(self, t: Scalar) -> ArrayLike:
-        return jnp.sum(self.times < t.astype(self.times.dtype), dtype=jnp.int32)
+        since = self.since(t)
+        return jnp.sum(since.times < 0, dtype=jnp.int32)
 
     def applies(self, term: Code) -> ArrayLike:
         del term
@@ -127,13 +156,18 @@ class ResetAt(AbstractReset):
         _check_terms([self.term], terms)
         if self.times.ndim != 1:
             raise ValueError(f"`times` must be a list, but its shape is {self.times.shape}.")
-        if not isinstance(self.times, Tracer) and not _increase(self.times):
+        if not isinstance(self.times, Tracer) and not _increase(self.times - self.times[:1]):
             raise ValueError(f"`times` must increase strictly, but they are {self.times}.")
 
 
 def _increase(times: Float[Array, " times"]) -> Flag:
-    """True if times increase strictly; any number of infinite ones may follow."""
-    return jnp.all((times[1:] > times[:-1]) | jnp.isinf(times[1:]))
+    """True if times increase strictly, and none is very close to the one after the next; any number
+    of infinite ones may follow.
+    """
+    rises = jnp.all((times[1:] > times[:-1]) | jnp.isinf(times[1:]))
+    longest = jnp.max(jnp.where(jnp.isinf(times), 0.0, jnp.abs(times)), initial=0.0)
+    apart = times[2:] - times[:-2] > _APART * longest
+    return rises & jnp.all(apart | jnp.isinf(times[2:]))
 
 
 def _among(term: Code, numbers: Sequence[int] | None) -> ArrayLike:

@@ -17,7 +17,7 @@ from impactjax._hybrid.event_log import EventLog
 from impactjax._hybrid.explicit_step import ExplicitStep
 from impactjax._hybrid.lane import Start
 from impactjax._hybrid.method import AbstractMethod
-from impactjax._hybrid.reset import AbstractReset
+from impactjax._hybrid.reset import AbstractReset, Guard
 from impactjax._hybrid.solve import solve_run
 from impactjax._hybrid.step import AbstractFlowStep
 from impactjax._hybrid.system import HybridSystem, Mode, State, Transition
@@ -104,8 +104,10 @@ def solve_events(
     joined = jnp.concatenate([*times, end[None]])
     order = jnp.argsort(joined)
     counts = tuple(event.passed(begin) for event in events)
+    origin = begin if start is None else jnp.asarray(start.t)
+    own = tuple(event.since(origin) for event in events)
     solved = solve_run(
-        _Terms(several, tuple(events), args),
+        _Terms(several, own, args),
         Start(begin, y0, (term, counts)) if start is None else start,
         joined[order],
         tolerance=tolerance,
@@ -158,9 +160,9 @@ class _Terms(HybridSystem):
 
     def transitions(self) -> Sequence[Transition]:
         return [
-            _transition(number, event, direction, self.args)
+            _transition(number, event, guard, self.args)
             for number, event in enumerate(self.events)
-            for direction in event.directions()
+            for guard in event.guards()
         ]
 
 
@@ -186,11 +188,10 @@ def _method(solver: "diffrax.AbstractERK | AbstractMethod") -> AbstractMethod:
     return _Explicit(solver)
 
 
-def _transition(number: int, event: AbstractReset, direction: float, args: PyTree) -> Transition:
+def _transition(number: int, event: AbstractReset, own: Guard, args: PyTree) -> Transition:
     def guard(t: Scalar, y: State, mode: Mode) -> ArrayLike:
         term, counts = mode
-        value = direction * event.condition(t, y, args, counts[number])
-        return jnp.where(event.applies(term), value, 1.0)
+        return jnp.where(event.applies(term), own(t, y, args, counts[number]), 1.0)
 
     reset = event.jump()
     if reset is None:
@@ -206,7 +207,7 @@ def _transition(number: int, event: AbstractReset, direction: float, args: PyTre
 
 def _numbers(events: Sequence[AbstractReset]) -> list[int]:
     """The number of the event of each transition."""
-    return [number for number, event in enumerate(events) for _ in event.directions()]
+    return [number for number, event in enumerate(events) for _ in event.guards()]
 
 
 def _times(sub: "diffrax.SubSaveAt", t0: Scalar, t1: Scalar) -> Samples:
