@@ -5,6 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import impactjax as ij
+from impactjax._check.noise import noise_of
 from impactjax._record.missed_impacts import heard
 from tiers import quick
 
@@ -63,3 +65,8 @@ def test_every_time_is_impact_or_false(seed, count):
         np.sort(np.concatenate([found.times[found.valid], found.false])), times
     )
     assert np.all(np.diff(found.times) > 0)
+
+
+def test_flight_over_a_missed_impact_is_no_noise():
+    times = bounces(10, 0.8, noise=1e-4)
+    assert 0 < noise_of(ij.ImpactTimes(times, np.arange(10) != 4)).size < 3e-4
