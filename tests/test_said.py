@@ -96,10 +96,8 @@ def test_sidecar_says_upper_stop(tmp_path, law):
     [("[system]\ndrag = true\n", {}), ("[fixed]\ndrag = 0.2\n", {"drag": 0.2})],
 )
 def test_sidecar_says_drag(tmp_path, sidecar, fixed):
-    found = prepared(
-        tmp_path, sidecar, "displacement [mm]", ["restitution"], oscillator=ij.BouncingBall()
-    )
-    experiment = found.experiment
+    experiment = prepared(tmp_path, sidecar, "displacement [mm]", ["restitution"]).experiment
+    assert isinstance(experiment.model.oscillator, ij.BouncingBall)
     assert ("drag" in ij.build_problem(experiment).names) == (not fixed)
     assert {name: number(experiment.fixed[name]) for name in fixed} == pytest.approx(fixed)
 

@@ -80,7 +80,7 @@ def setup_of(
     """
     sidecar, system = file.sidecar, file.sidecar.system
     if oscillator is None:
-        name = system.oscillator or file.recording.usual_oscillator
+        name = system.oscillator or _usual(file)
         with refused_in_sidecar(file, "oscillator"):
             check_named("oscillator", name, OSCILLATORS)
         oscillator = OSCILLATORS[name]()
@@ -117,6 +117,18 @@ def setup_of(
     )
 
 
+def _asks_for_drag(file: RecordingFile) -> bool:
+    sidecar = file.sidecar
+    return sidecar.system.drag or DRAG in {*sidecar.fixed, *sidecar.start, *sidecar.fit.free}
+
+
+def _usual(file: RecordingFile) -> str:
+    """Name of the usual oscillator of a recording; that of a ball if it can be one and has drag."""
+    ball = "bouncing-ball"
+    has_drag = _asks_for_drag(file) and file.recording.suits(OSCILLATORS[ball]())
+    return ball if has_drag else file.recording.usual_oscillator
+
+
 def _measured(sidecar: Sidecar) -> list[str]:
     """Names of the sensor's parameters that a sidecar states and does not ask to fit."""
     sensor = sidecar.sensor
@@ -150,8 +162,7 @@ def _completed(oscillator: AbstractOscillator, file: RecordingFile) -> AbstractO
             raise sidecar_error(file, "base", problem, "omit [base], or use another oscillator")
         with refused_in_sidecar(file, "base"):
             oscillator = dataclasses.replace(oscillator, base=motion)
-    asked = {*file.sidecar.fixed, *file.sidecar.start, *file.sidecar.fit.free}
-    if system.drag or DRAG in asked:
+    if _asks_for_drag(file):
         if not may_have_drag(oscillator):
             remedy = "omit it, or use a bouncing-ball"
             raise sidecar_error(file, DRAG, f"a {own} has no drag", remedy)

@@ -65,7 +65,8 @@ def profiled_by(
     high = np.array([walk.end(each.high) for walk, each in zip(above, ranges, strict=True)])
     low, high = around.coordinates.interval(low, high)
     both = [a.bounded and b.bounded for a, b in zip(below, above, strict=True)]
-    errors, covariance = _agreeing(estimate, np.where(both, high - low, 0))
+    widths = np.subtract(high, low, where=both, out=np.zeros_like(high))
+    errors, covariance = _agreeing(estimate, widths)
     doubtful = bool(estimate.doubtful)
     found = [_verdict(a, b, doubtful) for a, b in zip(below, above, strict=True)]
     verdicts = np.array(found, np.int32)
