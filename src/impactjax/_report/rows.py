@@ -54,7 +54,7 @@ def parameter_rows(fits: Sequence[Fitted]) -> list[list[Row]]:
     """For each fit, one row for each fitted parameter, and one for its value without assumptions.
 
     The verdict of a law that the best one rules out is "law rejected". Intervals of laws that
-    cannot be distinguished are those across them.
+    cannot be distinguished are those across them, with that of each law itself.
     """
     estimates = [fitted.estimate for fitted in fits]
     wider, ruled_out = across(estimates), rejected(estimates)
@@ -68,11 +68,12 @@ def _rows(fitted: Fitted, wider: Mapping[str, Across], ruled_out: bool) -> list[
     known, priors, rows = given(fitted), fitted.estimate.priors, []
     for each in fitted.estimate.parameters:
         whole = wider.get(each.name, each)
+        low, high = np.fmin(whole.low, each.low), np.fmax(whole.high, each.high)
         row = {
             "name": each.name,
             "value": each.quoted,
             "unit": _unit(each.unit),
-            "interval": interval(whole.low, whole.high, each.standard_error),
+            "interval": interval(float(low), float(high), each.standard_error),
             "verdict": "law rejected" if ruled_out else str(whole.verdict),
             "given": known.words(each.name) + prior_words(priors.get(each.name)),
         }
