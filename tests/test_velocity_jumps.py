@@ -164,6 +164,17 @@ def test_velocity_of_a_short_contact_has_true_intervals(omega0):
         assert holds(estimate[name], value), name
 
 
+def test_forecast_of_a_check_counts_jumps_as_a_fit_does():
+    record = recording(rigid()[0], 2)
+    prepared = ij.prepare(record, oscillator=ij.BouncingBall(), laws=["restitution"])
+    estimate = ij.fit(prepared.experiment, starts=ij.Starts(4))
+    told = ij.check(record, oscillator=ij.BouncingBall()).forecasts
+    assert told is not None
+    errors = {each.name: each.error for each in told.motion}
+    for name in ("r", "x0", "x_dot0"):
+        assert errors[name] == pytest.approx(float(estimate.standard_error(name)), rel=1.0), name
+
+
 def test_wrong_samples_beside_jumps_do_no_harm():
     """They count as parts of the jumps."""
     values, times = rigid()

@@ -182,7 +182,7 @@ class _Rows(NamedTuple):
             columns.append(np.nan_to_num(self._observed(motion)))
         if "cutoff" in self.setup.free:
             columns.append(np.nan_to_num(self._smoothed(motion)))
-        errors = self._bound(np.stack(columns, axis=1))
+        errors = self._bound(np.stack(columns, axis=1) * self._weights(motion)[:, None])
         return tuple(
             Forecast(name, getattr(motion, field) / by, float(error) / by, unit)
             for (name, (field, by, unit)), error in zip(names.items(), errors, strict=False)
@@ -219,6 +219,16 @@ class _Rows(NamedTuple):
         if not isinstance(low_pass, Butterworth) or float(low_pass.cutoff) > 0.45 * rate:
             return values
         return filtered_samples(low_pass, values, rate)
+
+    def _weights(self, motion: Motion) -> np.ndarray:
+        """Weights of the observations: of a velocity that jumps, the samples beside a jump tell its
+        instant to within an interval.
+        """
+        values = np.nan_to_num(self._observed(motion))
+        if not self.recording.shows_jumps:
+            return np.ones_like(values)
+        jumps = np.abs(np.convolve(values, [1.0, 0.0, -1.0], mode="same"))
+        return 1 / np.maximum(jumps / (math.sqrt(12) * self.noise.size), 1.0)
 
     def _bound(self, slopes: np.ndarray) -> np.ndarray:
         """Square roots of the diagonal of the inverse information."""
