@@ -92,8 +92,13 @@ def test_short_and_missing_samples_are_not_marked():
     number = np.searchsorted(TS, times)
     valid = ~np.isin(np.arange(COUNT), number)
     assert not ij.Recording(TS, values, ij.Velocity(), valid).with_jumps().shows_jumps
-    nothing = ij.Recording(TS, values, ij.Velocity(), np.zeros(COUNT, bool))
-    assert not nothing.with_jumps().shows_jumps
+    for counted in (np.zeros(COUNT, bool), np.arange(COUNT) % 2 == 0):
+        assert not ij.Recording(TS, values, ij.Velocity(), counted).with_jumps().shows_jumps
+    falling = (TS < 0.1) | (TS > 0.2)
+    fall = ij.Recording(TS[falling][:100], -9.81 * TS[falling][:100], ij.Velocity())
+    assert not fall.with_jumps().shows_jumps
+    alone = ~np.isin(np.arange(COUNT), [*(number - 2), *(number + 1)])
+    assert ij.Recording(TS, values, ij.Velocity(), alone).with_jumps().shows_jumps
 
 
 @quick

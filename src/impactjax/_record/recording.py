@@ -204,7 +204,7 @@ class Recording(AbstractRecording):
     def with_jumps(self) -> "Recording":
         if self.quantity.derivative != 1:
             return self
-        jumps = marked_jumps(np.asarray(self.values), np.asarray(self.valid))
+        jumps = marked_jumps(*map(np.asarray, (self.ts, self.values, self.valid)))
         return self if jumps is None else dataclasses.replace(self, jumps=jumps)
 
     def at_impacts(self, impacts: ImpactLog, delay: Number) -> Valid:

@@ -28,6 +28,7 @@ from impactjax._shown import with_numbers
 from impactjax._types import Samples
 
 _BESIDE = 3  # intervals on each side of that of a jump
+_GAP = 1.5  # of the usual interval: the length of a gap
 _JUMP = 15.0  # least jump, in standard deviations of the noise
 _STEEP = 5.0  # least jump, in the usual changes from sample to sample
 _SMEARED = 6.0  # change beside a jump that shows that it lasts, in standard deviations of the noise
@@ -85,15 +86,20 @@ class MarkedJumps(eqx.Module):
     __repr__ = with_numbers
 
 
-def marked_jumps(values: np.ndarray, valid: np.ndarray) -> MarkedJumps | None:
+def marked_jumps(ts: np.ndarray, values: np.ndarray, valid: np.ndarray) -> MarkedJumps | None:
     """The jumps of a recorded velocity; `None` if it has none, or if most last longer than an
-    interval, by a contact or by a low-pass.
+    interval, by a contact or by a low-pass. A longer interval than others counts as a gap.
     """
-    weights = _all_weights(values, valid)
+    intervals = np.diff(ts)
+    short = intervals < _GAP * np.median(intervals)
+    changes = np.where(valid[1:] & valid[:-1] & short, np.diff(values), np.nan)
+    if np.count_nonzero(np.isfinite(changes)) < 4 * _BESIDE:
+        return None
+    weights = _all_weights(values[valid], changes)
     if weights is None:
         return None
-    means = np.append((values[1:] + values[:-1]) / 2, values[-1])
-    return MarkedJumps(weights, np.where(weights > 0, means, values))
+    means = np.append((values[1:] + values[:-1]) / 2, 0.0)
+    return MarkedJumps(weights, np.where(weights > 0, means, 0.0))
 
 
 class _Jump(NamedTuple):
@@ -108,11 +114,10 @@ class _Jump(NamedTuple):
     lasts: bool
 
 
-def _all_weights(values: np.ndarray, valid: np.ndarray) -> np.ndarray | None:
-    if valid.sum() < 4 * _BESIDE:
-        return None
-    noise = max(noise_size(values[valid]), _ROUNDING * float(np.ptp(values[valid])))
-    changes = np.pad(np.diff(np.where(valid, values, np.nan)), _BESIDE, constant_values=np.nan)
+def _all_weights(values: np.ndarray, changes: np.ndarray) -> np.ndarray | None:
+    """Weights of all means, from the values that count and all changes, NaN across a gap."""
+    noise = max(noise_size(values), _ROUNDING * float(np.ptp(values)))
+    changes = np.pad(changes, _BESIDE, constant_values=np.nan)
     windows = np.lib.stride_tricks.sliding_window_view(changes, 2 * _BESIDE + 1)
     usual = float(np.nanmedian(np.abs(changes)))
     large = np.flatnonzero(np.abs(windows[:, _BESIDE]) > max(_JUMP * noise, _STEEP * usual))
@@ -137,11 +142,11 @@ def _jump(changes: np.ndarray, noise: float) -> _Jump | None:
     slopes = np.nanmedian(before), np.nanmedian(after)
     sizes = changes - np.repeat([slopes[0], np.mean(slopes), slopes[1]], [_BESIDE, 1, _BESIDE])
     size, sign = abs(sizes[_BESIDE]), np.sign(changes[_BESIDE])
-    beside = sign * sizes[_BESIDE - 1 : _BESIDE + 2 : 2]
-    back = np.nanmin(beside) < -size / 2  # a wrong sample
+    beside = np.nan_to_num(sign * sizes[_BESIDE - 1 : _BESIDE + 2 : 2])
+    back = np.min(beside) < -size / 2  # a wrong sample
     if back or abs(changes[_BESIDE]) < np.nanmax(np.abs(changes)):
         return None
-    smeared = np.nanmax(beside) > max(_SMEARED * noise, _SHARE * size)
+    smeared = np.max(beside) > max(_SMEARED * noise, _SHARE * size)
     return _Jump(sizes, bool(smeared or size < _STEEP * np.max(np.abs(slopes))))
 
 
