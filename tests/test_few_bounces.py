@@ -39,6 +39,14 @@ def test_restitution_that_falls_with_speed_is_found(count):
     assert linear["alpha"].low < 0.03 < linear["alpha"].high
 
 
+@pytest.mark.parametrize(("free", "said"), [((), True), (("drag",), False)])
+def test_restitution_that_falls_with_speed_may_be_drag(free, said):
+    times = bounces(12, 100, lambda speed, rng: 0.92 - 0.03 * speed)
+    prepared = ij.prepare(times, laws=["linear-restitution"], free=free)
+    notes = ij.compare(prepared, starts=ij.Starts(2)).notes
+    assert any("may be air drag" in note for note in notes) == said
+
+
 def test_scatter_of_few_bounces_rejects_no_law():
     def scattering(speed, rng):
         del speed

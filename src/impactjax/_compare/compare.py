@@ -9,6 +9,7 @@ from impactjax._compare.allowed import allowing
 from impactjax._compare.comparison import Comparison, Fitted
 from impactjax._compare.enlarge import enlarged
 from impactjax._compare.fit_models import Each, Progress, Settings, fit_models, ranked
+from impactjax._compare.hints import hints
 from impactjax._compare.holdout import fitted_part, prediction, prediction_of_another, share_of
 from impactjax._compare.outliers_of_fit import without_outliers
 from impactjax._compare.prepare import Prepared
@@ -99,7 +100,7 @@ def compare_by(
     if fits:
         final, on_scatter = with_intervals(fits, own, settings)
         fits, on_others = allowing(fits, final, own, may_rub, settings)
-        said += [*on_scatter, *on_others]
+        said += [*on_scatter, *on_others, *hints(fits)]
     if fits and holdout != 0:
         whole = next(iter(given.values())).recording
 
