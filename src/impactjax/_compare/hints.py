@@ -1,4 +1,4 @@
-"""What else may explain the best of several fits."""
+"""Hints at what else may explain the best of several fits."""
 
 from collections.abc import Mapping
 
