@@ -177,7 +177,7 @@ def test_forecast_of_a_check_counts_jumps_as_a_fit_does():
     assert told is not None
     errors = {each.name: each.error for each in told.motion}
     for name in ("r", "x0", "x_dot0"):
-        assert errors[name] == pytest.approx(float(estimate.standard_error(name)), rel=1.0), name
+        assert 0.4 < errors[name] / float(estimate.standard_error(name)) < 2.0, name
 
 
 def test_wrong_samples_beside_jumps_do_no_harm():

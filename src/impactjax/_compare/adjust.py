@@ -85,8 +85,8 @@ def _with_jumps(recording: AbstractRecording, notes: list[str]) -> AbstractRecor
     marked = recording.with_jumps()
     if marked.shows_jumps:
         notes.append(
-            f"The {recording.observed} jumps from one sample to the next, so that no low-pass is "
-            "fitted. It cannot tell a contact shorter than a sample from a rigid stop."
+            f"The {recording.observed} jumps from one sample to the next: no low-pass is fitted, "
+            "and the record cannot tell a contact shorter than a sample from a rigid stop."
         )
     return marked
 
